@@ -1,0 +1,122 @@
+"""One step of the Runge-Kutta method of order 8 of Dormand and Prince, with its interpolant.
+
+E. Hairer, S. P. Norsett, G. Wanner, *Solving Ordinary Differential Equations I*, section II.10; the coefficients are
+those that SciPy carries.
+"""
+
+import numpy as np
+from scipy.integrate import DOP853
+
+from legspring.kernel.jit import jit
+from legspring.kernel.motion import rates
+from legspring.kernel.walker import EVALUATIONS, Floats, Walker
+
+STAGES = 12
+C, C_EXTRA = DOP853.C.copy(), DOP853.C_EXTRA.copy()
+A, A_EXTRA, B = DOP853.A.copy(), DOP853.A_EXTRA.copy(), DOP853.B[np.newaxis].copy()
+E3, E5 = DOP853.E3.copy(), DOP853.E5.copy()
+DENSE = DOP853.D.copy()
+
+
+@jit
+def combine(y: Floats, h: float, weights: Floats, j: int, n: int, k: Floats, out: Floats) -> None:
+    """Write y + h sum_m weights[j, m] k[m], m < n, into ``out``."""
+    rows, width = y.shape
+    if width == 1:
+        for row in range(rows):
+            total = 0.0
+            for m in range(n):
+                total += weights[j, m] * k[m, row, 0]
+            out[row, 0] = y[row, 0] + h * total
+        return
+    for row in range(rows):
+        for d in range(0, width, 4):
+            t0 = t1 = t2 = t3 = 0.0
+            for m in range(n):
+                t0 += weights[j, m] * k[m, row, d]
+                t1 += weights[j, m] * k[m, row, d + 1]
+                t2 += weights[j, m] * k[m, row, d + 2]
+                t3 += weights[j, m] * k[m, row, d + 3]
+            out[row, d] = y[row, d] + h * t0
+            out[row, d + 1] = y[row, d + 1] + h * t1
+            out[row, d + 2] = y[row, d + 2] + h * t2
+            out[row, d + 3] = y[row, d + 3] + h * t3
+
+
+@jit
+def step(
+    s: float,
+    h: float,
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    body: Floats,
+    clock: Floats,
+    k: Floats,
+    ahead: Floats,
+) -> float:
+    """Try a step from ``y`` at time s, where the rates are ``k[0]``.
+
+    The state at its end goes into ``ahead`` and the rates there into ``k[12]``.
+
+    Returns
+    -------
+    float
+        Estimate of the error of the values (not of the derivatives).
+    """
+    for j in range(1, STAGES):
+        combine(y, h, A, j, j, k, ahead)
+        rates(s + C[j] * h, ahead, stance, contacts, body, clock, k, j)
+    combine(y, h, B, 0, STAGES, k, ahead)
+    rates(s + h, ahead, stance, contacts, body, clock, k, STAGES)
+    clock[EVALUATIONS] += STAGES
+    return h * error(k)
+
+
+@jit
+def error(k: Floats) -> float:
+    """Combine the error estimates of orders 5 and 3 into one of order 8, per unit of time."""
+    fifth = third = 0.0
+    for row in range(k.shape[1]):
+        e5 = e3 = 0.0
+        for j in range(STAGES + 1):
+            e5 += E5[j] * k[j, row, 0]
+            e3 += E3[j] * k[j, row, 0]
+        fifth += e5 * e5
+        third += e3 * e3
+    if fifth == 0.0 and third == 0.0:
+        return 0.0
+    return fifth / np.sqrt((fifth + 0.01 * third) * k.shape[1])
+
+
+@jit
+def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
+    """Write the coefficients of the interpolant of order 7 of the step tried last into ``dense``."""
+    room = np.empty_like(w.y)
+    for j in range(3):
+        last = STAGES + 1 + j
+        combine(w.y, h, A_EXTRA, j, last, w.k, room)
+        rates(s + C_EXTRA[j] * h, room, w.stance, w.contacts, w.body, w.clock, w.k, last)
+    w.clock[EVALUATIONS] += 3
+    for row in range(w.y.shape[0]):
+        for d in range(w.y.shape[1]):
+            change = w.ahead[row, d] - w.y[row, d]
+            dense[0, row, d] = change
+            dense[1, row, d] = h * w.k[0, row, d] - change
+            dense[2, row, d] = 2.0 * change - h * (w.k[STAGES, row, d] + w.k[0, row, d])
+            for m in range(4):
+                total = 0.0
+                for j in range(16):
+                    total += DENSE[m, j] * w.k[j, row, d]
+                dense[3 + m, row, d] = h * total
+
+
+@jit
+def interpolate(y: Floats, dense: Floats, x: float, out: Floats) -> None:
+    """Write the state at the fraction x of a step that starts at ``y`` into ``out``."""
+    for row in range(y.shape[0]):
+        for d in range(y.shape[1]):
+            value = 0.0
+            for m in range(6, -1, -1):
+                value = (value + dense[m, row, d]) * (x if m % 2 == 0 else 1.0 - x)
+            out[row, d] = y[row, d] + value

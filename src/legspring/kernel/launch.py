@@ -1,0 +1,68 @@
+"""Start of a simulation: a walker at the moment of a touch-down."""
+
+import math
+
+from legspring.kernel.jit import jit
+from legspring.kernel.motion import measure_gaps
+from legspring.kernel.stride import FIRST_STEP, put_down
+from legspring.kernel.walker import DOWN, NEXT_STEP, OFFSET, SIDE, SIGN, TIME, VX, VY, YAW, YAW_RATE, Floats, Walker, X, Y
+
+# Rows of a start jet.
+SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE = 0, 1, 2, 3, 4, 5
+N_START = 6
+
+
+@jit
+def launch(w: Walker, start: Floats) -> None:
+    """Set a walker to the start of a step (model: start of a simulation).
+
+    Parameters
+    ----------
+    w
+        Changed in place.
+    start
+        ``(6, C)``: speed (m per step duration), heading relative to the body, displacement of the centre of mass
+        over the last step (x, y), yaw and yaw rate.
+    """
+    rows, width = w.y.shape
+    set_motion(w, start)
+    old = w.ahead
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, OFFSET] == 0.0:
+            put_down(0.0, w.y, w.legs, i, w.stance, w.contacts)
+            continue
+        # The leg was put down by the body as it was then, in a gait that mirrors itself from step to step.
+        ago = 2.0 - w.contacts[i, OFFSET]
+        old[:] = 0.0
+        for d in range(width):
+            old[X, d] = -ago * start[DX, d]
+            old[Y, d] = -ago * start[DY, d]
+            if rows == 6:
+                old[YAW, d] = -start[START_YAW, d]
+        put_down(-ago, old, w.legs, i, w.stance, w.contacts)
+        w.contacts[i, SIGN] = w.contacts[i, SIDE]
+    measure_gaps(0.0, w.y, w.k, 0, w.stance, w.contacts, w.gaps, 0)
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:
+            w.contacts[i, DOWN] = 0.0
+    w.clock[TIME] = 0.0
+    w.clock[NEXT_STEP] = FIRST_STEP
+
+
+@jit
+def set_motion(w: Walker, start: Floats) -> None:
+    """Set the state: at the origin, moving with the start's speed in its direction."""
+    rows, width = w.y.shape
+    direction = start[HEADING, 0] + (start[START_YAW, 0] if rows == 6 else 0.0)
+    sine, cosine, speed = math.sin(direction), math.cos(direction), start[SPEED, 0]
+    w.y[:] = 0.0
+    for d in range(1, width):
+        turn = speed * (start[HEADING, d] + (start[START_YAW, d] if rows == 6 else 0.0))
+        w.y[VX, d] = -start[SPEED, d] * sine - turn * cosine
+        w.y[VY, d] = start[SPEED, d] * cosine - turn * sine
+    w.y[VX, 0] = -speed * sine
+    w.y[VY, 0] = speed * cosine
+    if rows == 6:
+        for d in range(width):
+            w.y[YAW, d] = start[START_YAW, d]
+            w.y[YAW_RATE, d] = start[START_YAW_RATE, d]

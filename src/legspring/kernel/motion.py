@@ -1,0 +1,212 @@
+"""Right-hand side of the equations of motion and of their variational equations (Eqs. 2.1-2.6)."""
+
+import math
+
+from legspring.kernel.jit import formula, jit
+from legspring.kernel.length import length, length_partials, length_rates
+from legspring.kernel.walker import (
+    DOWN,
+    FOOT_X,
+    FOOT_Y,
+    GRAVITY,
+    GRIP_X,
+    GRIP_Y,
+    GYRATION,
+    LAW,
+    PUSH_X,
+    PUSH_Y,
+    SPRING,
+    VX,
+    VY,
+    YAW,
+    YAW_RATE,
+    Floats,
+    X,
+    Y,
+)
+
+Pair = tuple[float, float]
+Triple = tuple[float, float, float]
+Factors = tuple[float, float, float, float, float, float, float, float]
+
+
+@formula
+def turn(y: Floats) -> Pair:
+    """Cosine and sine of the yaw."""
+    if y.shape[0] == 4:
+        return 1.0, 0.0
+    return math.cos(y[YAW, 0]), math.sin(y[YAW, 0])
+
+
+@formula
+def hip(x: float, y: float, lean: Pair) -> Pair:
+    """Turn a hip's offset in the body by the yaw, given its cosine and sine."""
+    return lean[0] * x - lean[1] * y, lean[1] * x + lean[0] * y
+
+
+@jit
+def rates(
+    s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, k: Floats, j: int
+) -> None:
+    """Write the time derivative of the state jet ``y`` at time s into ``k[j]``."""
+    rows, width = y.shape
+    ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
+    ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
+    moment = 0.0
+    sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
+    lean = turn(y)
+    if width > 1:
+        start_tangents(y, body, k, j)
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] != 0.0:
+            hx, hy = hip(stance[i, GRIP_X, 0], stance[i, GRIP_Y, 0], lean)
+            rx = stance[i, FOOT_X, 0] - y[X, 0] - hx
+            ry = stance[i, FOOT_Y, 0] - y[Y, 0] - hy
+            r = math.sqrt(rx * rx + ry * ry)
+            gap = r - length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], sine, cosine)
+            pull = stance[i, SPRING, 0] * gap / r
+            ax += pull * rx
+            ay += pull * ry
+            moment += pull * (hx * ry - hy * rx)
+            if width > 1:
+                add_tangents(y, stance, i, k, j, (rx / r, ry / r), gap, r, (hx, hy), lean, (sine, cosine))
+    k[j, X, 0] = y[VX, 0]
+    k[j, Y, 0] = y[VY, 0]
+    k[j, VX, 0] = ax
+    k[j, VY, 0] = ay
+    if rows == 6:
+        for d in range(1, width):
+            k[j, YAW_RATE, d] = body[GYRATION, 0] * k[j, YAW_RATE, d] + body[GYRATION, d] * moment
+        k[j, YAW, 0] = y[YAW_RATE, 0]
+        k[j, YAW_RATE, 0] = body[GYRATION, 0] * moment
+
+
+@formula
+def start_tangents(y: Floats, body: Floats, k: Floats, j: int) -> None:
+    """Begin the rates of the derivatives: those of the positions, and gravity's."""
+    rows, width = y.shape
+    for d in range(width):
+        k[j, X, d] = y[VX, d]
+        k[j, Y, d] = y[VY, d]
+        k[j, VX, d] = 0.0
+        k[j, VY, d] = -body[GRAVITY, d]
+    if rows == 6:
+        for d in range(width):
+            k[j, YAW, d] = y[YAW_RATE, d]
+            k[j, YAW_RATE, d] = 0.0
+
+
+@jit
+def add_tangents(
+    y: Floats,
+    stance: Floats,
+    i: int,
+    k: Floats,
+    j: int,
+    u: Pair,
+    gap: float,
+    r: float,
+    arm: Pair,
+    lean: Pair,
+    phase: Pair,
+) -> None:
+    """Add the derivatives of the force of leg i, and of its moment, in every direction.
+
+    With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
+
+        dF = k (q 1 + (1 - q) u u^T) dr - k u dl + gap u dk,    dr = dfoot - dcom - dhip
+
+    so that each row is a fixed linear combination of the rows of the stance and of the state. The hip moves with
+    its offset in the body, turned by the yaw, and with the yaw itself.
+    """
+    ux, uy = u
+    hx, hy = arm
+    c, s = lean
+    law = length_partials(phase[0], phase[1])
+    spring, q = stance[i, SPRING, 0], gap / r
+    along = spring * (1.0 - q)
+    kxx, kxy, kyy = spring * q + along * ux * ux, along * ux * uy, spring * q + along * uy * uy
+    # Factors of the rows of the stance, in their order, and of the yaw.
+    row_x = force_row(kxx, kxy, ux, gap, spring, lean, law)
+    row_y = force_row(kxy, kyy, uy, gap, spring, lean, law)
+    yaw_x, yaw_y = hy * kxx - hx * kxy, hy * kxy - hx * kyy
+    add_row(y, stance, i, k, j, VX, row_x, yaw_x)
+    add_row(y, stance, i, k, j, VY, row_y, yaw_y)
+    if y.shape[0] == 6:
+        fx, fy = spring * gap * ux, spring * gap * uy
+        moment = (
+            hx * row_y[0] - hy * row_x[0],
+            hx * row_y[1] - hy * row_x[1],
+            hx * row_y[2] - hy * row_x[2] + c * fy - s * fx,
+            hx * row_y[3] - hy * row_x[3] - s * fy - c * fx,
+            hx * row_y[4] - hy * row_x[4],
+            hx * row_y[5] - hy * row_x[5],
+            hx * row_y[6] - hy * row_x[6],
+            hx * row_y[7] - hy * row_x[7],
+        )
+        add_row(y, stance, i, k, j, YAW_RATE, moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
+
+
+@formula
+def force_row(kx: float, ky: float, u: float, gap: float, spring: float, lean: Pair, law: Triple) -> Factors:
+    """Factors of one component of the force: foot, hip offset (x, y each), stiffness, the law's coefficients."""
+    c, s = lean
+    free = -spring * u
+    return kx, ky, -c * kx - s * ky, s * kx - c * ky, gap * u, free * law[0], free * law[1], free * law[2]
+
+
+@formula
+def add_row(y: Floats, stance: Floats, i: int, k: Floats, j: int, row: int, f: Factors, yaw: float) -> None:
+    """Add to one row of derivatives the given multiples of the stance's rows and of the state's.
+
+    Four directions at a time: a vector register's worth.
+    """
+    for d in range(0, y.shape[1], 4):
+        t0 = k[j, row, d] - f[0] * y[X, d] - f[1] * y[Y, d]
+        t1 = k[j, row, d + 1] - f[0] * y[X, d + 1] - f[1] * y[Y, d + 1]
+        t2 = k[j, row, d + 2] - f[0] * y[X, d + 2] - f[1] * y[Y, d + 2]
+        t3 = k[j, row, d + 3] - f[0] * y[X, d + 3] - f[1] * y[Y, d + 3]
+        for m in range(8):
+            t0 += f[m] * stance[i, m, d]
+            t1 += f[m] * stance[i, m, d + 1]
+            t2 += f[m] * stance[i, m, d + 2]
+            t3 += f[m] * stance[i, m, d + 3]
+        k[j, row, d] = t0
+        k[j, row, d + 1] = t1
+        k[j, row, d + 2] = t2
+        k[j, row, d + 3] = t3
+    if y.shape[0] == 6:
+        for d in range(y.shape[1]):
+            k[j, row, d] += yaw * y[YAW, d]
+
+
+@formula
+def gap_rates(y: Floats, k: Floats, j: int, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
+    """Gap |r| - l of leg i and its first two time derivatives, in the state y whose rates are ``k[j]``."""
+    hx, hy = hip(stance[i, GRIP_X, 0], stance[i, GRIP_Y, 0], lean)
+    rx, ry = stance[i, FOOT_X, 0] - y[X, 0] - hx, stance[i, FOOT_Y, 0] - y[Y, 0] - hy
+    vx, vy, ax, ay = -y[VX, 0], -y[VY, 0], -k[j, VX, 0], -k[j, VY, 0]
+    if y.shape[0] == 6:
+        spin, spin_rate = y[YAW_RATE, 0], k[j, YAW_RATE, 0]
+        vx, vy = vx + spin * hy, vy - spin * hx
+        ax, ay = ax + spin_rate * hy + spin**2 * hx, ay - spin_rate * hx + spin**2 * hy
+    r = math.sqrt(rx * rx + ry * ry)
+    rate = (rx * vx + ry * vy) / r
+    second = (vx * vx + vy * vy + rx * ax + ry * ay - rate * rate) / r
+    a, b, c = stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0]
+    free_rate, free_second = length_rates(b, c, phase[0], phase[1])
+    return r - length(a, b, c, phase[0], phase[1]), rate - free_rate, second - free_second
+
+
+@jit
+def measure_gaps(
+    s: float, y: Floats, k: Floats, j: int, stance: Floats, contacts: Floats, gaps: Floats, end: int
+) -> None:
+    """Write the gap and its rates for every leg in stance into ``gaps[end]``; ``k[j]`` holds the rates of y."""
+    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] != 0.0:
+            g, v, a = gap_rates(y, k, j, stance, i, lean, phase)
+            gaps[end, i, 0] = g
+            gaps[end, i, 1] = v
+            gaps[end, i, 2] = a

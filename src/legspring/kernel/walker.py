@@ -1,0 +1,149 @@
+"""The arrays that the kernel works on.
+
+Units are metres and step durations: time is ``s = t / t_des``, so that the clock's events stay at fixed times
+when t_des itself is varied, velocities are in m per step duration, and a leg's stiffness is ``k t_des^2 / m``.
+
+Every array that can depend on a parameter is a *jet*: its last axis holds the value (0) and its derivatives in any
+number of directions (1, 2, ...). The caller chooses the directions by the jets that it passes in; with a last
+axis of length one there are none.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from legspring.kernel.jit import jit
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+# Rows of a body jet.
+GRAVITY, GYRATION = 0, 1
+N_BODY = 2
+# Rows of a leg's parameters.
+HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE = 0, 1, 2, 3, 4, 5, 6
+N_LEG = 7
+# Rows of a state; a body whose yaw is held has the first four only.
+X, Y, VX, VY, YAW, YAW_RATE = 0, 1, 2, 3, 4, 5
+# Rows of a stance: all that the force of a leg depends on while its foot stays where it is. The last ones are the
+# coefficients of the length law (see `length`).
+FOOT_X, FOOT_Y, GRIP_X, GRIP_Y, SPRING, LAW = 0, 1, 2, 3, 4, 5
+N_STANCE = 8
+
+# Columns of the contacts.
+SIDE, OFFSET, SINCE, DOWN, SIGN = 0, 1, 2, 3, 4
+N_CONTACT = 5
+# Entries of the clock; the last four are the outside acceleration now, as x0 + x1 s and y0 + y1 s.
+TIME, NEXT_STEP, EVALUATIONS, PUSH_X, PUSH_Y = 0, 1, 2, 3, 5
+N_CLOCK = 7
+
+TOUCHDOWN, LIFTOFF = 0, 1
+
+OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST = 0, 1, 2, 3
+"""Endings of an integration."""
+
+
+class Walker(NamedTuple):
+    """A body on springy legs at one moment: parameters, state, and room to compute in.
+
+    Attributes
+    ----------
+    body
+        ``(2, C)``: gravity along the plane, ``g sin(slope) t_des^2``, and ``m / I`` (0 where the yaw is held).
+    legs
+        ``(L, 7, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle.
+    push
+        ``(P, 3)``: knots (time, x, y) of an acceleration from outside, linear in between, zero elsewhere.
+    contacts
+        ``(L, 5)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
+        2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), and the sign of its gap
+        ``|r| - l`` since the end of the ignored window (0 before).
+    clock
+        ``(7,)``: time, step size to try next, evaluations of the right-hand side so far, and the push now.
+    y
+        ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
+    stance
+        ``(L, 8, C)``: foot x and y, hip x and y, stiffness, and the three coefficients of the length law.
+    k, ahead, gaps
+        Room for the rates at the stages of a step ``(16, n, C)``, the state at its end ``(n, C)``, and each leg's
+        gap with its first two rates at its start and end ``(2, L, 3)``.
+    """
+
+    body: Floats
+    legs: Floats
+    push: Floats
+    contacts: Floats
+    clock: Floats
+    y: Floats
+    stance: Floats
+    k: Floats
+    ahead: Floats
+    gaps: Floats
+
+
+class Tape(NamedTuple):
+    """What happened, step by step; of length zero where nobody asks.
+
+    Attributes
+    ----------
+    count
+        ``(2,)``: number of steps and of events.
+    time, size
+        ``(M + 1,)``, ``(M,)``: start and size of each step. A step that ends at an event may end a hair before or
+        after its size says; the start of the next one is exact.
+    y
+        ``(M + 1, n, C)``: state at the start of each step, and at the end.
+    dense
+        ``(M, 7, n, C)``: coefficients of the interpolant.
+    stance, down
+        ``(M, L, 8, C)``, ``(M, L)``: the legs during each step, and whether they are down (1 or 0).
+    events
+        ``(E, 5)``: time, leg, kind, step that it precedes, and, at lift-off, the rate of ``|r| - l``.
+    """
+
+    count: Ints
+    time: Floats
+    size: Floats
+    y: Floats
+    dense: Floats
+    stance: Floats
+    down: Floats
+    events: Floats
+
+
+@jit
+def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: Floats, rows: int) -> Walker:
+    """Return a walker with its state still to be set; ``rows`` is 4 where the yaw is held, else 6."""
+    n_legs, _, width = legs.shape
+    contacts = np.zeros((n_legs, N_CONTACT))
+    contacts[:, SIDE], contacts[:, OFFSET] = side, offset
+    return Walker(
+        body,
+        legs,
+        push,
+        contacts,
+        np.zeros(N_CLOCK),
+        np.zeros((rows, width)),
+        np.zeros((n_legs, N_STANCE, width)),
+        np.zeros((16, rows, width)),
+        np.zeros((rows, width)),
+        np.zeros((2, n_legs, 3)),
+    )
+
+
+@jit
+def new_tape(steps: int, events: int, w: Walker) -> Tape:
+    """Return an empty tape for so many steps and events (none: nothing is recorded)."""
+    n_legs, _, width = w.legs.shape
+    rows = w.y.shape[0]
+    return Tape(
+        np.zeros(2, np.int64),
+        np.zeros(steps + 1),
+        np.zeros(steps),
+        np.zeros((steps + 1, rows, width)),
+        np.zeros((steps, 7, rows, width)),
+        np.zeros((steps, n_legs, N_STANCE, width)),
+        np.zeros((steps, n_legs)),
+        np.zeros((events, 5)),
+    )

@@ -1,0 +1,59 @@
+"""What every description shares: it is immutable, checked when made, and its errors are one line."""
+
+import reprlib
+from numbers import Real
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
+
+
+class ModelError(ValueError):
+    """A description that cannot be right; the message is one line that says what would be."""
+
+
+def require_number(value: object) -> Real:
+    """Refuse what pydantic would turn into a number: True into 1.0, "3" into 3.0."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        raise ValueError("should be a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(require_number)]
+Positive = Annotated[Number, Field(gt=0)]
+Label = Annotated[str, Field(min_length=1)]
+
+
+class Frozen(BaseModel):
+    """Base of all descriptions: frozen, without unknown fields, all numbers finite.
+
+    Raises
+    ------
+    ModelError
+        If a field is missing, unknown or not valid.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, **fields: Any) -> None:
+        try:
+            super().__init__(**fields)
+        except ValidationError as error:
+            name = f" {fields['name']!r}" if "name" in fields else ""
+            problems = "; ".join(self._describe(problem) for problem in error.errors(include_url=False))
+            raise ModelError(f"{type(self).__name__}{name}: {problems}") from None
+
+    @classmethod
+    def _describe(cls, problem: ErrorDetails) -> str:
+        where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem["loc"])[1:]
+        message = problem["msg"].removeprefix("Value error, ").removeprefix("Input ")
+        match problem["type"]:
+            case "missing":
+                return f"{where} is missing"
+            case "extra_forbidden":
+                return f"{where} is unknown: should be among {', '.join(cls.model_fields)}"
+            case "value_error" if not where:
+                return message
+            case "value_error" if isinstance(problem["ctx"]["error"], ModelError):
+                return f"{where}: {message}"
+        return f"{where} = {reprlib.repr(problem['input'])}: {message[0].lower()}{message[1:]}"

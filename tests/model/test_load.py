@@ -1,0 +1,104 @@
+import subprocess
+import sys
+from math import radians
+from pathlib import Path
+
+import pytest
+
+from legspring.model import ModelError, cockroach, load_animal, presets
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "mine.toml"
+
+
+def test_the_cockroach_is_that_of_table_4_1() -> None:
+    roach = cockroach()
+    assert roach.name == "cockroach"
+    assert "Peterson" in roach.source
+    assert (roach.gravity, roach.body.mass, roach.body.inertia, roach.body.yaw) == (
+        9.81,
+        2.5e-3,
+        2.04e-7,
+        "held",
+    )
+    table = {"F": (0.032, 25, 0.016), "M": (0.026, -55, 0.013), "B": (0.019, 120, 0.0095)}
+    for leg in roach.legs:
+        length, angle_deg, actuation = table[leg.pair]
+        tripod_sign = 1 if leg.name in ("FL", "MR", "BL") else -1
+        assert (leg.length, leg.actuation, leg.stiffness, leg.hip) == (length, actuation, 1.5, (0.0, 0.0))
+        assert leg.angle == tripod_sign * radians(angle_deg)
+        assert leg.offset == (0 if tripod_sign > 0 else 1)
+    assert roach.families == {"A": ("F", "M", "B"), "FB": ("F", "B"), "MB": ("M", "B"), "B": ("B",)}
+
+
+def test_presets_are_listed_and_load_under_their_own_names() -> None:
+    assert "cockroach" in presets()
+    for name in presets():
+        assert load_animal(name).name == name
+    assert load_animal("cockroach") == cockroach()
+
+
+def test_a_file_like_a_preset(file: Path) -> None:
+    file.write_text(
+        'like = "cockroach"\nmass = 3e-3\nangle_deg = [30, -60, 130]\n'
+        "[speed_law]\nlevel = 0.3\nvertical = 0.2\n"
+    )
+    expected = cockroach().replace(
+        name="mine", mass=3e-3, angle_deg=[30, -60, 130], speed_law={"level": 0.3, "vertical": 0.2}
+    )
+    assert load_animal(file) == load_animal(str(file)) == expected
+
+
+def test_a_preset_has_the_form_of_a_file(file: Path) -> None:
+    import legspring.model.load as load
+
+    file.write_text((Path(load.__file__).with_name("animals") / "cockroach.toml").read_text())
+    assert load_animal(file) == cockroach()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mass = ", "Invalid value"),
+        ("\x00", "Invalid"),
+        ('like = "roach"', r"like = 'roach': should be a preset \(cockroach\)"),
+        ('like = ["cockroach"]', "like = .*: should be a preset"),
+        ('like = "cockroach"\nstiffness = -1', "Leg 'FL': stiffness = -1: should be greater than 0"),
+        ('like = "cockroach"\ncolour = "brown"', "cannot replace colour: should be among"),
+        ('like = "cockroach"\nmass = "3e-3"', "Body: mass = '3e-3': should be a number"),
+        ("mass = 3e-3", "Animal 'mine': body is missing; .* mass is unknown"),
+        ('[[legs]]\nname = "L"\nangle_deg = "x"', r"legs\[0\]: Leg 'L': angle_deg = 'x': should be a number"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_said_in_one_line(file: Path, text: str, message: str) -> None:
+    file.write_text(text)
+    with pytest.raises(ModelError, match=message) as caught:
+        load_animal(file)
+    assert str(caught.value).startswith(f"{file}: ")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_file_that_is_no_text(file: Path) -> None:
+    file.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ModelError, match=r"mine\.toml: "):
+        load_animal(file)
+
+
+def test_what_is_not_there(file: Path) -> None:
+    with pytest.raises(ModelError, match=r"mine\.toml: No such file"):
+        load_animal(file)
+    with pytest.raises(
+        ModelError, match=r"^no animal 'roach': should be a preset \(cockroach\) or a TOML file$"
+    ):
+        load_animal("roach")
+    with pytest.raises(ModelError, match="Is a directory"):
+        load_animal(file.parent)
+
+
+def test_the_model_imports_nothing_heavy() -> None:
+    heavy = {"numba", "scipy", "xarray", "pandas", "matplotlib", "netCDF4"}
+    code = f"import sys, legspring.model; print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
