@@ -7,18 +7,19 @@ those that SciPy carries.
 import numpy as np
 from scipy.integrate import DOP853
 
-from legspring.kernel.jit import jit
+from legspring.kernel.jit import formula, jit
 from legspring.kernel.motion import rates
 from legspring.kernel.walker import EVALUATIONS, Floats, Walker
 
 STAGES = 12
-C, C_EXTRA = DOP853.C.copy(), DOP853.C_EXTRA.copy()
-A, A_EXTRA, B = DOP853.A.copy(), DOP853.A_EXTRA.copy(), DOP853.B[np.newaxis].copy()
+# Row 12 is the end of the step.
+A, A_EXTRA = np.vstack([DOP853.A, DOP853.B]), DOP853.A_EXTRA.copy()
+C, C_EXTRA = np.append(DOP853.C, 1.0), DOP853.C_EXTRA.copy()
 E3, E5 = DOP853.E3.copy(), DOP853.E5.copy()
 DENSE = DOP853.D.copy()
 
 
-@jit
+@formula
 def combine(y: Floats, h: float, weights: Floats, j: int, n: int, k: Floats, out: Floats) -> None:
     """Write y + h sum_m weights[j, m] k[m], m < n, into ``out``."""
     rows, width = y.shape
@@ -64,16 +65,14 @@ def step(
     float
         Estimate of the error of the values (not of the derivatives).
     """
-    for j in range(1, STAGES):
+    for j in range(1, STAGES + 1):
         combine(y, h, A, j, j, k, ahead)
         rates(s + C[j] * h, ahead, stance, contacts, body, clock, k, j)
-    combine(y, h, B, 0, STAGES, k, ahead)
-    rates(s + h, ahead, stance, contacts, body, clock, k, STAGES)
     clock[EVALUATIONS] += STAGES
     return h * error(k)
 
 
-@jit
+@formula
 def error(k: Floats) -> float:
     """Combine the error estimates of orders 5 and 3 into one of order 8, per unit of time."""
     fifth = third = 0.0
@@ -92,11 +91,10 @@ def error(k: Floats) -> float:
 @jit
 def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
     """Write the coefficients of the interpolant of order 7 of the step tried last into ``dense``."""
-    room = np.empty_like(w.y)
     for j in range(3):
         last = STAGES + 1 + j
-        combine(w.y, h, A_EXTRA, j, last, w.k, room)
-        rates(s + C_EXTRA[j] * h, room, w.stance, w.contacts, w.body, w.clock, w.k, last)
+        combine(w.y, h, A_EXTRA, j, last, w.k, w.room)
+        rates(s + C_EXTRA[j] * h, w.room, w.stance, w.contacts, w.body, w.clock, w.k, last)
     w.clock[EVALUATIONS] += 3
     for row in range(w.y.shape[0]):
         for d in range(w.y.shape[1]):

@@ -101,7 +101,7 @@ def window_split(s: float, h: float, contacts: Floats, gaps: Floats, i: int) -> 
     return (end - s) / h
 
 
-@jit
+@formula
 def arm(s: float, h: float, contacts: Floats, gaps: Floats) -> None:
     """Set the sign of the gaps of the legs whose window has ended in the step just accepted."""
     for i in range(contacts.shape[0]):
@@ -113,7 +113,7 @@ def arm(s: float, h: float, contacts: Floats, gaps: Floats) -> None:
             contacts[i, SIGN] = sign
 
 
-@jit
+@formula
 def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int, float]:
     """Find what happens first in a step just tried.
 

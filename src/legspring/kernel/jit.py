@@ -1,26 +1,33 @@
-"""The one way in which this package compiles."""
+"""The three ways in which this package compiles: all release Python's lock and use fused multiply-adds.
+
+Division by zero gives infinity, as in NumPy, so that loops stay free of branches. Numba counts references to arrays
+at every call, at the cost of several right-hand sides a call: what does not make arrays goes without.
+"""
 
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
 
 
-def jit(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile to machine code, kept on disk, without Python's lock, with fused multiply-adds.
-
-    Division by zero gives infinity, as in NumPy, so that loops stay free of branches.
-    """
+def driver(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function that makes arrays and hands them down."""
     compiled: Callable[P, R] = numba.njit(cache=True, **OPTIONS)(function)
     return compiled
 
 
+def jit(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a function that only works on arrays that it is given."""
+    compiled: Callable[P, R] = numba.njit(cache=True, _nrt=False, **OPTIONS)(function)
+    return compiled
+
+
 def formula(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a short function into its callers: there it costs no call, and no counting of references."""
-    compiled: Callable[P, R] = numba.njit(forceinline=True, **OPTIONS)(function)
+    """Compile a function that only works on what it is given into its callers, where it costs no call."""
+    compiled: Callable[P, R] = numba.njit(forceinline=True, _nrt=False, **OPTIONS)(function)
     return compiled

@@ -2,7 +2,7 @@
 
 import math
 
-from legspring.kernel.jit import jit
+from legspring.kernel.jit import driver
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.stride import FIRST_STEP, put_down
 from legspring.kernel.walker import DOWN, NEXT_STEP, OFFSET, SIDE, SIGN, TIME, VX, VY, YAW, YAW_RATE, Floats, Walker, X, Y
@@ -12,7 +12,7 @@ SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE = 0, 1, 2, 3, 4, 5
 N_START = 6
 
 
-@jit
+@driver
 def launch(w: Walker, start: Floats) -> None:
     """Set a walker to the start of a step (model: start of a simulation).
 
@@ -49,7 +49,7 @@ def launch(w: Walker, start: Floats) -> None:
     w.clock[NEXT_STEP] = FIRST_STEP
 
 
-@jit
+@driver
 def set_motion(w: Walker, start: Floats) -> None:
     """Set the state: at the origin, moving with the start's speed in its direction."""
     rows, width = w.y.shape

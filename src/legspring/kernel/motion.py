@@ -44,46 +44,59 @@ def hip(x: float, y: float, lean: Pair) -> Pair:
     return lean[0] * x - lean[1] * y, lean[1] * x + lean[0] * y
 
 
-@jit
+@formula
 def rates(
     s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, k: Floats, j: int
 ) -> None:
     """Write the time derivative of the state jet ``y`` at time s into ``k[j]``."""
-    rows, width = y.shape
+    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
     ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
     moment = 0.0
-    sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
-    lean = turn(y)
-    if width > 1:
-        start_tangents(y, body, k, j)
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            hx, hy = hip(stance[i, GRIP_X, 0], stance[i, GRIP_Y, 0], lean)
-            rx = stance[i, FOOT_X, 0] - y[X, 0] - hx
-            ry = stance[i, FOOT_Y, 0] - y[Y, 0] - hy
-            r = math.sqrt(rx * rx + ry * ry)
-            gap = r - length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], sine, cosine)
+            rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
             pull = stance[i, SPRING, 0] * gap / r
             ax += pull * rx
             ay += pull * ry
             moment += pull * (hx * ry - hy * rx)
-            if width > 1:
-                add_tangents(y, stance, i, k, j, (rx / r, ry / r), gap, r, (hx, hy), lean, (sine, cosine))
+    if y.shape[1] > 1:
+        tangent_rates(y, stance, contacts, body, k, j, lean, phase, moment)
     k[j, X, 0] = y[VX, 0]
     k[j, Y, 0] = y[VY, 0]
     k[j, VX, 0] = ax
     k[j, VY, 0] = ay
-    if rows == 6:
-        for d in range(1, width):
-            k[j, YAW_RATE, d] = body[GYRATION, 0] * k[j, YAW_RATE, d] + body[GYRATION, d] * moment
+    if y.shape[0] == 6:
         k[j, YAW, 0] = y[YAW_RATE, 0]
         k[j, YAW_RATE, 0] = body[GYRATION, 0] * moment
 
 
 @formula
-def start_tangents(y: Floats, body: Floats, k: Floats, j: int) -> None:
-    """Begin the rates of the derivatives: those of the positions, and gravity's."""
+def spring(
+    y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair
+) -> tuple[float, float, float, float, float, float]:
+    """Leg i as a vector from hip to foot (x, y), its hip (x, y), its length |r|, and its gap |r| - l."""
+    hx, hy = hip(stance[i, GRIP_X, 0], stance[i, GRIP_Y, 0], lean)
+    rx = stance[i, FOOT_X, 0] - y[X, 0] - hx
+    ry = stance[i, FOOT_Y, 0] - y[Y, 0] - hy
+    r = math.sqrt(rx * rx + ry * ry)
+    free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
+    return rx, ry, hx, hy, r, r - free
+
+
+@formula
+def tangent_rates(
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    body: Floats,
+    k: Floats,
+    j: int,
+    lean: Pair,
+    phase: Pair,
+    moment: float,
+) -> None:
+    """Write the time derivatives of the state's derivatives into ``k[j]`` (variational equations)."""
     rows, width = y.shape
     for d in range(width):
         k[j, X, d] = y[VX, d]
@@ -94,22 +107,16 @@ def start_tangents(y: Floats, body: Floats, k: Floats, j: int) -> None:
         for d in range(width):
             k[j, YAW, d] = y[YAW_RATE, d]
             k[j, YAW_RATE, d] = 0.0
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] != 0.0:
+            add_tangents(y, stance, i, k, j, lean, phase)
+    if rows == 6:
+        for d in range(width):
+            k[j, YAW_RATE, d] = body[GYRATION, 0] * k[j, YAW_RATE, d] + body[GYRATION, d] * moment
 
 
-@jit
-def add_tangents(
-    y: Floats,
-    stance: Floats,
-    i: int,
-    k: Floats,
-    j: int,
-    u: Pair,
-    gap: float,
-    r: float,
-    arm: Pair,
-    lean: Pair,
-    phase: Pair,
-) -> None:
+@formula
+def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pair, phase: Pair) -> None:
     """Add the derivatives of the force of leg i, and of its moment, in every direction.
 
     With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
@@ -119,22 +126,21 @@ def add_tangents(
     so that each row is a fixed linear combination of the rows of the stance and of the state. The hip moves with
     its offset in the body, turned by the yaw, and with the yaw itself.
     """
-    ux, uy = u
-    hx, hy = arm
-    c, s = lean
+    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
+    ux, uy, q, stiffness = rx / r, ry / r, gap / r, stance[i, SPRING, 0]
+    along = stiffness * (1.0 - q)
+    kxx, kxy, kyy = stiffness * q + along * ux * ux, along * ux * uy, stiffness * q + along * uy * uy
     law = length_partials(phase[0], phase[1])
-    spring, q = stance[i, SPRING, 0], gap / r
-    along = spring * (1.0 - q)
-    kxx, kxy, kyy = spring * q + along * ux * ux, along * ux * uy, spring * q + along * uy * uy
     # Factors of the rows of the stance, in their order, and of the yaw.
-    row_x = force_row(kxx, kxy, ux, gap, spring, lean, law)
-    row_y = force_row(kxy, kyy, uy, gap, spring, lean, law)
+    row_x = force_row(kxx, kxy, ux, gap, stiffness, lean, law)
+    row_y = force_row(kxy, kyy, uy, gap, stiffness, lean, law)
     yaw_x, yaw_y = hy * kxx - hx * kxy, hy * kxy - hx * kyy
     add_row(y, stance, i, k, j, VX, row_x, yaw_x)
     add_row(y, stance, i, k, j, VY, row_y, yaw_y)
     if y.shape[0] == 6:
-        fx, fy = spring * gap * ux, spring * gap * uy
-        moment = (
+        c, s = lean
+        fx, fy = stiffness * gap * ux, stiffness * gap * uy
+        row_moment = (
             hx * row_y[0] - hy * row_x[0],
             hx * row_y[1] - hy * row_x[1],
             hx * row_y[2] - hy * row_x[2] + c * fy - s * fx,
@@ -144,7 +150,7 @@ def add_tangents(
             hx * row_y[6] - hy * row_x[6],
             hx * row_y[7] - hy * row_x[7],
         )
-        add_row(y, stance, i, k, j, YAW_RATE, moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
+        add_row(y, stance, i, k, j, YAW_RATE, row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
 
 
 @formula
@@ -183,22 +189,19 @@ def add_row(y: Floats, stance: Floats, i: int, k: Floats, j: int, row: int, f: F
 @formula
 def gap_rates(y: Floats, k: Floats, j: int, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
     """Gap |r| - l of leg i and its first two time derivatives, in the state y whose rates are ``k[j]``."""
-    hx, hy = hip(stance[i, GRIP_X, 0], stance[i, GRIP_Y, 0], lean)
-    rx, ry = stance[i, FOOT_X, 0] - y[X, 0] - hx, stance[i, FOOT_Y, 0] - y[Y, 0] - hy
+    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
     vx, vy, ax, ay = -y[VX, 0], -y[VY, 0], -k[j, VX, 0], -k[j, VY, 0]
     if y.shape[0] == 6:
         spin, spin_rate = y[YAW_RATE, 0], k[j, YAW_RATE, 0]
         vx, vy = vx + spin * hy, vy - spin * hx
         ax, ay = ax + spin_rate * hy + spin**2 * hx, ay - spin_rate * hx + spin**2 * hy
-    r = math.sqrt(rx * rx + ry * ry)
     rate = (rx * vx + ry * vy) / r
     second = (vx * vx + vy * vy + rx * ax + ry * ay - rate * rate) / r
-    a, b, c = stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0]
-    free_rate, free_second = length_rates(b, c, phase[0], phase[1])
-    return r - length(a, b, c, phase[0], phase[1]), rate - free_rate, second - free_second
+    free_rate, free_second = length_rates(stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
+    return gap, rate - free_rate, second - free_second
 
 
-@jit
+@formula
 def measure_gaps(
     s: float, y: Floats, k: Floats, j: int, stance: Floats, contacts: Floats, gaps: Floats, end: int
 ) -> None:

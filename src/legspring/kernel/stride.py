@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from legspring.kernel.dop853 import interpolant, step
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit
@@ -44,6 +46,13 @@ SMALLEST_STEP = 1e-13
 MOST_STEPS = 1000
 """Steps between two touch-downs after which an integration gives up."""
 MOST_TRIES = 40
+
+
+@formula
+def copy(source: Floats, target: Floats) -> None:
+    """Copy an array into another of the same shape; without the temporary copy that a slice assignment makes."""
+    for index in np.ndindex(source.shape):
+        target[index] = source[index]
 
 
 @jit
@@ -127,7 +136,8 @@ def horizon(s: float, end: float, contacts: Floats, push: Floats) -> float:
 @formula
 def set_push(s: float, push: Floats, clock: Floats) -> None:
     """Set the coefficients of the outside acceleration that holds from s on."""
-    clock[PUSH_X:] = 0.0
+    for j in range(PUSH_X, clock.size):
+        clock[j] = 0.0
     for j in range(push.shape[0] - 1):
         start, stop = push[j, 0], push[j + 1, 0]
         if start <= s < stop:
@@ -159,9 +169,9 @@ def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     if n == tape.size.size:
         return False
     tape.time[n], tape.size[n] = s, h
-    tape.y[n] = w.y
-    tape.stance[n] = w.stance
-    tape.down[n] = w.contacts[:, DOWN]
+    copy(w.y, tape.y[n])
+    copy(w.stance, tape.stance[n])
+    copy(w.contacts[:, DOWN], tape.down[n])
     interpolant(s, h, w, tape.dense[n])
     tape.count[0] += 1
     return True
@@ -203,9 +213,9 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
         move_end(s + h, shift, w)
         refresh(s + h + shift, w)
     else:
-        w.y[:] = w.ahead
-        w.k[0] = w.k[12]
-        w.gaps[0] = w.gaps[1]
+        copy(w.ahead, w.y)
+        copy(w.k[12], w.k[0])
+        copy(w.gaps[1], w.gaps[0])
     return s + h + shift
 
 
@@ -253,5 +263,5 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     w.clock[TIME] = s
     if tape.size.size > 0:
         tape.time[tape.count[0]] = s
-        tape.y[tape.count[0]] = w.y
+        copy(w.y, tape.y[tape.count[0]])
     return OK

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.jit import jit
+from legspring.kernel.jit import driver
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -65,9 +65,9 @@ class Walker(NamedTuple):
         ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
     stance
         ``(L, 8, C)``: foot x and y, hip x and y, stiffness, and the three coefficients of the length law.
-    k, ahead, gaps
-        Room for the rates at the stages of a step ``(16, n, C)``, the state at its end ``(n, C)``, and each leg's
-        gap with its first two rates at its start and end ``(2, L, 3)``.
+    k, ahead, room, gaps
+        Room for the rates at the stages of a step ``(16, n, C)``, the state at its end and inside ``(n, C)``, and
+        each leg's gap with its first two rates at its start and end ``(2, L, 3)``.
     """
 
     body: Floats
@@ -79,6 +79,7 @@ class Walker(NamedTuple):
     stance: Floats
     k: Floats
     ahead: Floats
+    room: Floats
     gaps: Floats
 
 
@@ -112,7 +113,7 @@ class Tape(NamedTuple):
     events: Floats
 
 
-@jit
+@driver
 def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: Floats, rows: int) -> Walker:
     """Return a walker with its state still to be set; ``rows`` is 4 where the yaw is held, else 6."""
     n_legs, _, width = legs.shape
@@ -128,11 +129,12 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         np.zeros((n_legs, N_STANCE, width)),
         np.zeros((16, rows, width)),
         np.zeros((rows, width)),
+        np.zeros((rows, width)),
         np.zeros((2, n_legs, 3)),
     )
 
 
-@jit
+@driver
 def new_tape(steps: int, events: int, w: Walker) -> Tape:
     """Return an empty tape for so many steps and events (none: nothing is recorded)."""
     n_legs, _, width = w.legs.shape
