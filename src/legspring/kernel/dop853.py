@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import DOP853
 
 from legspring.kernel.jit import formula, jit
-from legspring.kernel.motion import rates
+from legspring.kernel.motion import rates, tangent_rates
 from legspring.kernel.walker import EVALUATIONS, Floats, Walker
 
 STAGES = 12
@@ -21,27 +21,26 @@ DENSE = DOP853.D.copy()
 
 @formula
 def combine(y: Floats, h: float, weights: Floats, j: int, n: int, k: Floats, out: Floats) -> None:
-    """Write y + h sum_m weights[j, m] k[m], m < n, into ``out``."""
+    """Write y + h sum_m weights[j, m] k[m], m < n, into ``out``, but for the derivatives' columns."""
+    for row in range(y.shape[0]):
+        total = 0.0
+        for m in range(n):
+            total += weights[j, m] * k[m, row, 0]
+        out[row, 0] = y[row, 0] + h * total
+
+
+@formula
+def combine_tangents(y: Floats, h: float, weights: Floats, j: int, n: int, k: Floats, out: Floats) -> None:
+    """The same for the derivatives' columns: along them last, for the sake of vector instructions."""
     rows, width = y.shape
-    if width == 1:
-        for row in range(rows):
-            total = 0.0
-            for m in range(n):
-                total += weights[j, m] * k[m, row, 0]
-            out[row, 0] = y[row, 0] + h * total
-        return
     for row in range(rows):
-        for d in range(0, width, 4):
-            t0 = t1 = t2 = t3 = 0.0
-            for m in range(n):
-                t0 += weights[j, m] * k[m, row, d]
-                t1 += weights[j, m] * k[m, row, d + 1]
-                t2 += weights[j, m] * k[m, row, d + 2]
-                t3 += weights[j, m] * k[m, row, d + 3]
-            out[row, d] = y[row, d] + h * t0
-            out[row, d + 1] = y[row, d + 1] + h * t1
-            out[row, d + 2] = y[row, d + 2] + h * t2
-            out[row, d + 3] = y[row, d + 3] + h * t3
+        for d in range(1, width):
+            out[row, d] = y[row, d]
+        for m in range(n):
+            weight = h * weights[j, m]
+            if weight != 0.0:
+                for d in range(1, width):
+                    out[row, d] += weight * k[m, row, d]
 
 
 @jit
@@ -56,20 +55,31 @@ def step(
     k: Floats,
     ahead: Floats,
 ) -> float:
-    """Try a step from ``y`` at time s, where the rates are ``k[0]``.
+    """Try a step from ``y`` at time s, where the rates are ``k[0]``, without the derivatives.
 
     The state at its end goes into ``ahead`` and the rates there into ``k[12]``.
 
     Returns
     -------
     float
-        Estimate of the error of the values (not of the derivatives).
+        Estimate of the error.
     """
     for j in range(1, STAGES + 1):
         combine(y, h, A, j, j, k, ahead)
         rates(s + C[j] * h, ahead, stance, contacts, body, clock, k, j)
     clock[EVALUATIONS] += STAGES
     return h * error(k)
+
+
+@jit
+def step_tangents(
+    s: float, h: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, k: Floats, ahead: Floats
+) -> None:
+    """Take the derivatives along the step tried last: the same stages, so that they are those of the numbers."""
+    for j in range(1, STAGES + 1):
+        combine(y, h, A, j, j, k, ahead)
+        combine_tangents(y, h, A, j, j, k, ahead)
+        tangent_rates(s + C[j] * h, ahead, stance, contacts, body, k, j)
 
 
 @formula
@@ -92,9 +102,12 @@ def error(k: Floats) -> float:
 def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
     """Write the coefficients of the interpolant of order 7 of the step tried last into ``dense``."""
     for j in range(3):
-        last = STAGES + 1 + j
+        last, time = STAGES + 1 + j, s + C_EXTRA[j] * h
         combine(w.y, h, A_EXTRA, j, last, w.k, w.room)
-        rates(s + C_EXTRA[j] * h, w.room, w.stance, w.contacts, w.body, w.clock, w.k, last)
+        rates(time, w.room, w.stance, w.contacts, w.body, w.clock, w.k, last)
+        if w.y.shape[1] > 1:
+            combine_tangents(w.y, h, A_EXTRA, j, last, w.k, w.room)
+            tangent_rates(time, w.room, w.stance, w.contacts, w.body, w.k, last)
     w.clock[EVALUATIONS] += 3
     for row in range(w.y.shape[0]):
         for d in range(w.y.shape[1]):

@@ -8,8 +8,8 @@ from legspring.kernel.stride import FIRST_STEP, put_down
 from legspring.kernel.walker import DOWN, NEXT_STEP, OFFSET, SIDE, SIGN, TIME, VX, VY, YAW, YAW_RATE, Floats, Walker, X, Y
 
 # Rows of a start jet.
-SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE = 0, 1, 2, 3, 4, 5
-N_START = 6
+SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE, TURN = 0, 1, 2, 3, 4, 5, 6
+N_START = 7
 
 
 @driver
@@ -21,8 +21,8 @@ def launch(w: Walker, start: Floats) -> None:
     w
         Changed in place.
     start
-        ``(6, C)``: speed (m per step duration), heading relative to the body, displacement of the centre of mass
-        over the last step (x, y), yaw and yaw rate.
+        ``(7, C)``: speed (m per step duration), heading relative to the body, displacement of the centre of mass
+        over the last step (x, y), yaw, yaw rate, and change of yaw over the last step.
     """
     rows, width = w.y.shape
     set_motion(w, start)
@@ -31,14 +31,14 @@ def launch(w: Walker, start: Floats) -> None:
         if w.contacts[i, OFFSET] == 0.0:
             put_down(0.0, w.y, w.legs, i, w.stance, w.contacts)
             continue
-        # The leg was put down by the body as it was then, in a gait that mirrors itself from step to step.
+        # The leg was put down by the body as it was then: back by so much of the last step.
         ago = 2.0 - w.contacts[i, OFFSET]
         old[:] = 0.0
         for d in range(width):
             old[X, d] = -ago * start[DX, d]
             old[Y, d] = -ago * start[DY, d]
             if rows == 6:
-                old[YAW, d] = -start[START_YAW, d]
+                old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d]
         put_down(-ago, old, w.legs, i, w.stance, w.contacts)
         w.contacts[i, SIGN] = w.contacts[i, SIDE]
     measure_gaps(0.0, w.y, w.k, 0, w.stance, w.contacts, w.gaps, 0)

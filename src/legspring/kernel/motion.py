@@ -48,7 +48,7 @@ def hip(x: float, y: float, lean: Pair) -> Pair:
 def rates(
     s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, k: Floats, j: int
 ) -> None:
-    """Write the time derivative of the state jet ``y`` at time s into ``k[j]``."""
+    """Write the time derivative of the state ``y`` at time s into ``k[j]``, but for the derivatives' columns."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
     ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
@@ -60,8 +60,6 @@ def rates(
             ax += pull * rx
             ay += pull * ry
             moment += pull * (hx * ry - hy * rx)
-    if y.shape[1] > 1:
-        tangent_rates(y, stance, contacts, body, k, j, lean, phase, moment)
     k[j, X, 0] = y[VX, 0]
     k[j, Y, 0] = y[VY, 0]
     k[j, VX, 0] = ax
@@ -85,39 +83,31 @@ def spring(
 
 
 @formula
-def tangent_rates(
-    y: Floats,
-    stance: Floats,
-    contacts: Floats,
-    body: Floats,
-    k: Floats,
-    j: int,
-    lean: Pair,
-    phase: Pair,
-    moment: float,
-) -> None:
-    """Write the time derivatives of the state's derivatives into ``k[j]`` (variational equations)."""
+def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, k: Floats, j: int) -> None:
+    """Write the time derivatives of the derivatives in ``y`` into ``k[j]`` (variational equations)."""
     rows, width = y.shape
-    for d in range(width):
+    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    for d in range(1, width):
         k[j, X, d] = y[VX, d]
         k[j, Y, d] = y[VY, d]
         k[j, VX, d] = 0.0
         k[j, VY, d] = -body[GRAVITY, d]
     if rows == 6:
-        for d in range(width):
+        for d in range(1, width):
             k[j, YAW, d] = y[YAW_RATE, d]
             k[j, YAW_RATE, d] = 0.0
+    moment = 0.0
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            add_tangents(y, stance, i, k, j, lean, phase)
+            moment += add_tangents(y, stance, i, k, j, lean, phase)
     if rows == 6:
-        for d in range(width):
+        for d in range(1, width):
             k[j, YAW_RATE, d] = body[GYRATION, 0] * k[j, YAW_RATE, d] + body[GYRATION, d] * moment
 
 
 @formula
-def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pair, phase: Pair) -> None:
-    """Add the derivatives of the force of leg i, and of its moment, in every direction.
+def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pair, phase: Pair) -> float:
+    """Add the derivatives of the force of leg i, and of its moment, in every direction; return the moment.
 
     With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
 
@@ -151,6 +141,7 @@ def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pai
             hx * row_y[7] - hy * row_x[7],
         )
         add_row(y, stance, i, k, j, YAW_RATE, row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
+    return stiffness * gap * (hx * uy - hy * ux)
 
 
 @formula
@@ -165,25 +156,18 @@ def force_row(kx: float, ky: float, u: float, gap: float, spring: float, lean: P
 def add_row(y: Floats, stance: Floats, i: int, k: Floats, j: int, row: int, f: Factors, yaw: float) -> None:
     """Add to one row of derivatives the given multiples of the stance's rows and of the state's.
 
-    Four directions at a time: a vector register's worth.
+    In loops of few arrays each, which the compiler turns into vector instructions.
     """
-    for d in range(0, y.shape[1], 4):
-        t0 = k[j, row, d] - f[0] * y[X, d] - f[1] * y[Y, d]
-        t1 = k[j, row, d + 1] - f[0] * y[X, d + 1] - f[1] * y[Y, d + 1]
-        t2 = k[j, row, d + 2] - f[0] * y[X, d + 2] - f[1] * y[Y, d + 2]
-        t3 = k[j, row, d + 3] - f[0] * y[X, d + 3] - f[1] * y[Y, d + 3]
-        for m in range(8):
-            t0 += f[m] * stance[i, m, d]
-            t1 += f[m] * stance[i, m, d + 1]
-            t2 += f[m] * stance[i, m, d + 2]
-            t3 += f[m] * stance[i, m, d + 3]
-        k[j, row, d] = t0
-        k[j, row, d + 1] = t1
-        k[j, row, d + 2] = t2
-        k[j, row, d + 3] = t3
+    out, rows = k[j, row], stance[i]
+    for d in range(1, out.size):
+        out[d] += f[0] * (rows[0, d] - y[X, d]) + f[1] * (rows[1, d] - y[Y, d])
+    for d in range(1, out.size):
+        out[d] += f[2] * rows[2, d] + f[3] * rows[3, d] + f[4] * rows[4, d]
+    for d in range(1, out.size):
+        out[d] += f[5] * rows[5, d] + f[6] * rows[6, d] + f[7] * rows[7, d]
     if y.shape[0] == 6:
-        for d in range(y.shape[1]):
-            k[j, row, d] += yaw * y[YAW, d]
+        for d in range(1, out.size):
+            out[d] += yaw * y[YAW, d]
 
 
 @formula

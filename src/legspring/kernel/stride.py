@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from legspring.kernel.dop853 import interpolant, step
+from legspring.kernel.dop853 import interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit
 from legspring.kernel.length import length, set_law
-from legspring.kernel.motion import hip, measure_gaps, rates, turn
+from legspring.kernel.motion import hip, measure_gaps, rates, tangent_rates, turn
 from legspring.kernel.walker import (
     ANGLE,
     DOWN,
@@ -119,6 +119,8 @@ def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
     rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k, 0)
     w.clock[EVALUATIONS] += 1
+    if w.y.shape[1] > 1:
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k, 0)
     measure_gaps(s, w.y, w.k, 0, w.stance, w.contacts, w.gaps, 0)
 
 
@@ -150,14 +152,20 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
 @formula
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
-    for row in range(w.y.shape[0]):
-        for d in range(w.y.shape[1]):
-            w.y[row, d] = w.ahead[row, d] + shift * w.k[12, row, d]
+    slide(w.ahead, shift, w.k, 12, 12, w.y)
     rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k, 13)
     w.clock[EVALUATIONS] += 1
-    for row in range(w.y.shape[0]):
-        for d in range(w.y.shape[1]):
-            w.y[row, d] = w.ahead[row, d] + 0.5 * shift * (w.k[12, row, d] + w.k[13, row, d])
+    if w.y.shape[1] > 1:
+        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.k, 13)
+    slide(w.ahead, shift, w.k, 12, 13, w.y)
+
+
+@formula
+def slide(y: Floats, shift: float, k: Floats, i: int, j: int, out: Floats) -> None:
+    """Write y + shift (k[i] + k[j]) / 2 into ``out``."""
+    for row in range(y.shape[0]):
+        for d in range(y.shape[1]):
+            out[row, d] = y[row, d] + 0.5 * shift * (k[i, row, d] + k[j, row, d])
 
 
 @formula
@@ -254,6 +262,8 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         if status != OK:
             return status
         steps += 1
+        if w.y.shape[1] > 1:
+            step_tangents(s, h, w.y, w.stance, w.contacts, w.body, w.k, w.ahead)
         if not record_step(s, h, w, tape) or steps > MOST_STEPS * (end - w.clock[TIME] + 1.0):
             return TOO_MANY_STEPS
         last = h == left

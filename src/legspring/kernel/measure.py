@@ -1,0 +1,145 @@
+"""What the legs did along a tape: work and forces, from the interpolant of each step."""
+
+import math
+
+import numpy as np
+
+from legspring.kernel.dop853 import interpolate
+from legspring.kernel.jit import driver, formula, jit
+from legspring.kernel.motion import spring, turn
+from legspring.kernel.walker import SPRING, Floats, Tape
+
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+PARTS = 4
+"""Parts of a step over which a force or power is integrated, or looked at, by itself."""
+SAMPLES = 12
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+ALL_LEGS = -1
+
+
+@formula
+def step_span(tape: Tape, n: int) -> float:
+    """Fraction of a recorded step that was used: 1, but for a step whose end was moved onto a lift-off."""
+    return (tape.time[n + 1] - tape.time[n]) / tape.size[n]
+
+
+@jit
+def leg_rates(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, float]:
+    """Force (per mass, > 0 pulling) and rate of length of leg i at the fraction x of step n."""
+    interpolate(tape.y[n], tape.dense[n], x, y)
+    s = tape.time[n] + x * tape.size[n]
+    phase = math.sin(math.pi * s), math.cos(math.pi * s)
+    lean = turn(y)
+    rx, ry, hx, hy, r, gap = spring(y, tape.stance[n], i, lean, phase)
+    vx, vy = -y[2, 0], -y[3, 0]
+    if y.shape[0] == 6:
+        vx, vy = vx + y[5, 0] * hy, vy - y[5, 0] * hx
+    return tape.stance[n, i, SPRING, 0] * gap, (rx * vx + ry * vy) / r
+
+
+@jit
+def sign_change(tape: Tape, n: int, i: int, which: int, a: float, b: float, y: Floats) -> float:
+    """Bisect for the zero of the force (0) or the rate of length (1) of leg i between fractions a and b."""
+    start = leg_rates(tape, n, a, i, y)[which]
+    for _ in range(50):
+        middle = 0.5 * (a + b)
+        if start * leg_rates(tape, n, middle, i, y)[which] > 0.0:
+            a = middle
+        else:
+            b = middle
+    return 0.5 * (a + b)
+
+
+@jit
+def piece_work(tape: Tape, n: int, i: int, a: float, b: float, y: Floats) -> float:
+    """Work (per mass) of leg i on the body between two fractions of step n (Gauss-Legendre)."""
+    total = 0.0
+    for j in range(NODES.size):
+        force, rate = leg_rates(tape, n, 0.5 * (a + b) + 0.5 * (b - a) * NODES[j], i, y)
+        total -= WEIGHTS[j] * force * rate
+    return 0.5 * (b - a) * tape.size[n] * total
+
+
+@jit
+def add_work(tape: Tape, n: int, i: int, a: float, b: float, y: Floats, work: Floats) -> None:
+    """Add leg i's work between two fractions, cut where its sign can change, to its positive or negative part."""
+    force_a, rate_a = leg_rates(tape, n, a, i, y)
+    force_b, rate_b = leg_rates(tape, n, b, i, y)
+    first = sign_change(tape, n, i, 0, a, b, y) if force_a * force_b < 0.0 else b
+    second = sign_change(tape, n, i, 1, a, b, y) if rate_a * rate_b < 0.0 else b
+    low, high = min(first, second), max(first, second)
+    for start, stop in ((a, low), (low, high), (high, b)):
+        if stop > start:
+            piece = piece_work(tape, n, i, start, stop, y)
+            work[i, 0 if piece > 0.0 else 1] += piece
+
+
+@driver
+def leg_work(tape: Tape, first: float, last: float) -> Floats:
+    """Positive and negative work of each leg on the body, per mass, between two times at which steps end.
+
+    Returns
+    -------
+    ndarray
+        ``(L, 2)``, in m^2 per step duration squared; the second column is negative.
+    """
+    work = np.zeros((tape.down.shape[1], 2))
+    y = np.zeros(tape.y.shape[1:])
+    for n in range(tape.count[0]):
+        if tape.time[n] >= first and tape.time[n + 1] <= last:
+            span = step_span(tape, n)
+            for i in range(work.shape[0]):
+                if tape.down[n, i] != 0.0:
+                    for part in range(PARTS):
+                        a, b = span * part / PARTS, span * (part + 1) / PARTS
+                        add_work(tape, n, i, a, b, y, work)
+    return work
+
+
+@jit
+def force_at(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, float]:
+    """Force (per mass) of leg i, or of all legs, on the body at the fraction x of step n."""
+    interpolate(tape.y[n], tape.dense[n], x, y)
+    s = tape.time[n] + x * tape.size[n]
+    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    fx = fy = 0.0
+    for leg in range(tape.down.shape[1]):
+        if tape.down[n, leg] != 0.0 and i in (leg, ALL_LEGS):
+            rx, ry, _, _, r, gap = spring(y, tape.stance[n], leg, lean, phase)
+            pull = tape.stance[n, leg, SPRING, 0] * gap / r
+            fx += pull * rx
+            fy += pull * ry
+    return fx, fy
+
+
+@jit
+def summit(tape: Tape, n: int, x: float, width: float, i: int, axis: int, sign: float, y: Floats) -> float:
+    """Largest value of sign times a force's component near the fraction x of step n (golden section)."""
+    a, b = max(x - width, 0.0), min(x + width, step_span(tape, n))
+    for _ in range(30):
+        c, d = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+        if sign * force_at(tape, n, c, i, y)[axis] > sign * force_at(tape, n, d, i, y)[axis]:
+            b = d
+        else:
+            a = c
+    return sign * force_at(tape, n, 0.5 * (a + b), i, y)[axis]
+
+
+@driver
+def largest_force(tape: Tape, i: int, axis: int, sign: float, first: float, last: float) -> float:
+    """Maximum of sign times a component of the force of leg i (or of all legs) between two times.
+
+    At least zero for one leg, which bears nothing in swing; in m per step duration squared.
+    """
+    y = np.zeros(tape.y.shape[1:])
+    best, step, where = -math.inf, -1, 0.0
+    for n in range(tape.count[0]):
+        if tape.time[n] >= first and tape.time[n + 1] <= last and (i == ALL_LEGS or tape.down[n, i] != 0.0):
+            for sample in range(SAMPLES + 1):
+                x = step_span(tape, n) * sample / SAMPLES
+                value = sign * force_at(tape, n, x, i, y)[axis]
+                if value > best:
+                    best, step, where = value, n, x
+    if step >= 0:
+        best = max(best, summit(tape, step, where, 1.0 / SAMPLES, i, axis, sign, y))
+    return best if i == ALL_LEGS else max(best, 0.0)

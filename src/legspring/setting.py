@@ -1,0 +1,175 @@
+"""An animal on a slope, in the kernel's units (see `legspring.kernel.walker`)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.model import Animal
+
+Floats = NDArray[np.float64]
+
+ACCURACY = 1e-10
+"""Default relative accuracy of states."""
+TIGHT = 1e-12
+
+
+def checked_angle(name: str, value: float, largest: float) -> float:
+    """Return an angle as a float.
+
+    Raises
+    ------
+    ValueError
+        If it is not a finite number of at most the largest magnitude; all in rad.
+    """
+    angle = float(value)
+    if not abs(angle) <= largest * (1.0 + 1e-12):
+        limit = f"{largest:.4g} rad ({math.degrees(largest):g} deg)"
+        raise ValueError(f"{name} = {value!r}: must be a finite angle within +-{limit}")
+    return angle
+
+
+def checked_vector(name: str, value: ArrayLike, size: int) -> Floats:
+    """Return an array of finite numbers of the given size, repeating a single number.
+
+    Raises
+    ------
+    ValueError
+        If there are more or fewer numbers, or one is not finite.
+    """
+    vector = np.array(value, dtype=float).ravel()
+    if vector.size == 1:
+        vector = np.repeat(vector, size)
+    if vector.size != size or not np.all(np.isfinite(vector)):
+        raise ValueError(f"{name} = {value!r}: must be {size} finite numbers, or one for all")
+    return vector
+
+
+def checked_positive(name: str, value: float) -> float:
+    """Return a positive finite number as a float.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    number = float(value)
+    if not 0.0 < number < math.inf:
+        raise ValueError(f"{name} = {value!r}: must be a positive finite number")
+    return number
+
+
+@dataclass(frozen=True)
+class Setting:
+    """An animal on a slope, with a function for each pair of legs and an actuation.
+
+    Parameters
+    ----------
+    animal
+        The animal.
+    slope
+        rad, from -pi/2 to pi/2.
+    functions
+        -1 (push) or +1 (pull) for each pair of legs.
+    actuation
+        Magnitude of the actuation of each pair, m; by default the animal's.
+
+    Raises
+    ------
+    ValueError
+        If the slope is out of range or out of the speed law's domain, or the actuation does not fit the legs.
+    """
+
+    animal: Animal
+    slope: float
+    functions: tuple[int, ...]
+    actuation: tuple[float, ...]
+
+    def __init__(
+        self, animal: Animal, slope: float, functions: Sequence[int], actuation: ArrayLike | None = None
+    ) -> None:
+        given = animal.actuation if actuation is None else actuation
+        magnitudes = checked_vector("actuation", given, len(animal.pairs))
+        object.__setattr__(self, "animal", animal)
+        object.__setattr__(self, "slope", checked_angle("slope", slope, math.pi / 2))
+        object.__setattr__(self, "functions", tuple(int(side) for side in functions))
+        object.__setattr__(self, "actuation", tuple(float(value) for value in magnitudes))
+        for leg, pair in zip(animal.legs, animal.pair_of, strict=True):
+            if not 0.0 <= magnitudes[pair] < leg.length:
+                raise ValueError(
+                    f"actuation = {magnitudes[pair]:g} m for pair {leg.pair}: must be from 0 to below the leg's "
+                    f"length, {leg.length:g} m"
+                )
+
+    @cached_property
+    def desired_speed(self) -> float:
+        """v_des, m/s."""
+        return self.animal.desired_speed(self.slope)
+
+    @cached_property
+    def step_duration(self) -> float:
+        """t_des, s."""
+        return self.animal.step_duration(self.slope)
+
+    @property
+    def step_length(self) -> float:
+        """Desired displacement of a step, v_des t_des, m."""
+        return self.desired_speed * self.step_duration
+
+    @property
+    def rows(self) -> int:
+        """Size of the state: 4, or 6 where the body yaws."""
+        return 6 if self.animal.body.yaw == "free" else 4
+
+    @cached_property
+    def pair(self) -> NDArray[np.int64]:
+        """Index of each leg's pair."""
+        return np.array(self.animal.pair_of, dtype=np.int64)
+
+    @cached_property
+    def side(self) -> Floats:
+        """-1 for each leg that pushes, +1 for each that pulls."""
+        return np.array(self.functions, dtype=float)[self.pair]
+
+    @cached_property
+    def offset(self) -> Floats:
+        """Time of each leg's first touch-down, in step durations."""
+        return np.array([leg.offset for leg in self.animal.legs])
+
+    @cached_property
+    def body(self) -> Floats:
+        """Gravity along the plane (m per step duration squared) and m/I (1/m^2; 0 where the yaw is held)."""
+        animal = self.animal
+        gravity = animal.gravity * math.sin(self.slope) * self.step_duration**2
+        inertia = animal.body.inertia
+        return np.array([gravity, animal.body.mass / inertia if self.rows == 6 and inertia else 0.0])
+
+    def legs(self, phase: ArrayLike) -> Floats:
+        """Return the kernel's parameters of the legs, ``(L, 7)``, for the phase (rad) of each pair."""
+        angles = checked_vector("phase", phase, len(self.animal.pairs))
+        if np.any(np.abs(angles) > 1e3):
+            raise ValueError(f"phase = {phase!r}: must be angles in rad, of at most 1000")
+        scale = self.step_duration**2 / self.animal.body.mass
+        return np.array(
+            [
+                (*leg.hip, leg.stiffness * scale, leg.length, side * self.actuation[pair], angles[pair], leg.angle)
+                for leg, pair, side in zip(self.animal.legs, self.animal.pair_of, self.side, strict=True)
+            ]
+        )
+
+    @property
+    def weight(self) -> float:
+        """Gravity, g, in m per step duration squared: the unit of forces, m g, in the kernel's units."""
+        return self.animal.gravity * self.step_duration**2
+
+    def error_scale(self, accuracy: float = ACCURACY) -> float:
+        """Largest error estimate of a step (m) for the states to be accurate to the given relative accuracy.
+
+        The estimates of a stride add up to about a third of the error that it ends with.
+        """
+        if not 1e-14 <= accuracy <= 1e-3:
+            raise ValueError(f"accuracy = {accuracy!r}: must be from 1e-14 to 1e-3")
+        return 3.0 * accuracy * max(leg.length for leg in self.animal.legs)
