@@ -1,3 +1,43 @@
-"""Reduced-order models of legged locomotion: planar bodies on springy legs."""
+"""Reduced-order models of legged locomotion: planar bodies on springy legs.
+
+Everything that the outside may rely on is here; names are loaded when they are first used, so that importing the
+package costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from legspring.gait import Gait as Gait
+    from legspring.model import Animal as Animal
+    from legspring.model import ModelError as ModelError
+    from legspring.model import cockroach as cockroach
+    from legspring.model import load_animal as load_animal
+    from legspring.model import presets as presets
+    from legspring.solve import find_gaits as find_gaits
+    from legspring.solve import search_gaits as search_gaits
+
+_HOMES = {
+    "Animal": "model",
+    "Gait": "gait",
+    "ModelError": "model",
+    "cockroach": "model",
+    "find_gaits": "solve",
+    "load_animal": "model",
+    "presets": "model",
+    "search_gaits": "solve",
+}
+
+__all__ = [*_HOMES, "__version__"]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -74,10 +74,10 @@ def first_zero(b: Six, sign: float) -> float:
 
 @formula
 def time_to_zero(gaps: Floats, i: int) -> float:
-    """Time from the step's end to the zero of leg i's gap, by its value and two rates; meant for a small one."""
+    """Time from the step's end to the nearest zero of the parabola with leg i's gap and its two rates; or inf."""
     g, v, a = gaps[1, i, 0], gaps[1, i, 1], gaps[1, i, 2]
-    first = -g / v
-    return first * (1.0 - 0.5 * first * a / v)
+    square = v * v - 2.0 * g * a
+    return -2.0 * g / (v + math.copysign(math.sqrt(square), v)) if square >= 0.0 else math.inf
 
 
 @formula
@@ -114,16 +114,16 @@ def arm(s: float, h: float, contacts: Floats, gaps: Floats) -> None:
 
 
 @formula
-def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int, float]:
+def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int, float, int]:
     """Find what happens first in a step just tried.
 
     Returns
     -------
-    kind, where
+    kind, where, leg
         ``NONE``; or ``SHORTER``: where is the factor by which to shorten the step; or ``HERE``: where is the time
-        from the step's end to a lift-off.
+        from the step's end to a lift-off of this leg.
     """
-    kind, fraction, here = NONE, math.inf, 0.0
+    kind, fraction, here, leg = NONE, math.inf, 0.0, -1
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] == 0.0:
             continue
@@ -136,6 +136,6 @@ def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int,
             x = 1.0 + shift / h if near else first_zero(quintic(gaps, i, h), sign)
             shift = shift if near else math.inf
         if x < fraction:
-            fraction, here = x, shift
+            fraction, here, leg = x, shift, i
             kind = HERE if shift < math.inf else SHORTER
-    return kind, here if kind == HERE else fraction
+    return kind, here if kind == HERE else fraction, leg

@@ -97,8 +97,8 @@ def leg_work(tape: Tape, first: float, last: float) -> Floats:
 
 
 @jit
-def force_at(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, float]:
-    """Force (per mass) of leg i, or of all legs, on the body at the fraction x of step n."""
+def force_at(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, float, float]:
+    """Force (per mass) of leg i, or of all legs, on the body at the fraction x of step n: x, y, magnitude."""
     interpolate(tape.y[n], tape.dense[n], x, y)
     s = tape.time[n] + x * tape.size[n]
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
@@ -109,7 +109,7 @@ def force_at(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, fl
             pull = tape.stance[n, leg, SPRING, 0] * gap / r
             fx += pull * rx
             fy += pull * ry
-    return fx, fy
+    return fx, fy, math.hypot(fx, fy)
 
 
 @jit

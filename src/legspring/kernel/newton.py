@@ -1,4 +1,8 @@
-"""Newton's method, with the exact Jacobian, for the conditions of a gait (Eqs. 3.1-3.4)."""
+"""Newton's method, damped and with the exact Jacobian, for the conditions of a gait (Eqs. 3.1-3.4).
+
+Levenberg and Marquardt's damping: far from a solution it follows the sum of squares downhill, near one it is
+Newton's method.
+"""
 
 import math
 
@@ -23,13 +27,18 @@ from legspring.kernel.walker import (
     new_walker,
 )
 
-CONVERGED, STALLED, SINGULAR, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4, 5
+CONVERGED, STALLED, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4
 """Endings of a search."""
-SLOWEST, FASTEST = 0.05, 5.0
+SLOWEST, FASTEST = 0.2, 5.0
 """Range of the initial speed, in units of the desired one."""
-LONGEST_MOVE = 0.6
+LONGEST_MOVE = 1.0
 """Largest change of an unknown in one iteration."""
-MOST_HALVINGS = 6
+PATIENCE = 6
+"""Iterations before a search may be given up for want of progress."""
+NEAR = 1e-4
+"""Sum of squared residuals below which Newton's method needs no damping."""
+SAME = 1e-5
+"""Difference below which two solutions are one."""
 
 
 @driver
@@ -137,25 +146,33 @@ def largest(r: Floats) -> float:
     return most
 
 
-@formula
-def deflation(z: Floats, move: Floats, known: Floats, n_known: int) -> float:
-    """Factor that bends Newton's move away from solutions known already.
+@jit
+def damped_move(
+    jacobian: Floats, residual: Floats, damping: float, square: Floats, move: Floats
+) -> tuple[bool, float]:
+    """Solve (J^T J + damping 1) move = -J^T r, with more damping while the move is too long.
 
-    For the conditions multiplied by the product of (1 + 1/|z - z_j|^2), whose zeros are the others only, Newton's
-    move is the same but for a factor (Farrell, Birkisson and Funke 2015, SIAM J. Sci. Comput. 37, A2026).
+    Returns
+    -------
+    solved, damping
+        Whether there is a solution, and the damping that it took.
     """
-    slope = 0.0
-    for j in range(n_known):
-        square = along = 0.0
-        for e in range(z.size):
-            gap = z[e] - known[j, e]
-            if 0 < e <= 3:
-                gap -= 2.0 * math.pi * round(gap / (2.0 * math.pi))
-            square += gap * gap
-            along += gap * move[e]
-        slope -= 2.0 * along / (square * (square + 1.0))
-    factor = 1.0 / (1.0 + slope) if slope != -1.0 else 1.0
-    return factor
+    n = move.size
+    for _ in range(20):
+        for a in range(n):
+            move[a] = 0.0
+            for c in range(n):
+                move[a] -= jacobian[c, a] * residual[c]
+                square[a, c] = damping if a == c else 0.0
+                for e in range(n):
+                    square[a, c] += jacobian[e, a] * jacobian[e, c]
+        if not solve(square, move):
+            damping = max(5.0 * damping, 1e-9)
+        elif largest(move) <= LONGEST_MOVE:
+            return True, damping
+        else:
+            damping = max(5.0 * damping, 1e-6)
+    return False, damping
 
 
 @driver
@@ -165,22 +182,18 @@ def find_zero(
     pair: Ints,
     stride: float,
     z: Floats,
-    known: Floats,
-    n_known: int,
     scale: float,
     goal: float,
     iterations: int,
 ) -> tuple[int, float, int]:
-    """Move the unknowns ``z``, in place, to a gait's conditions.
+    """Move the unknowns ``z``, in place, to where they fulfil a gait's conditions.
 
     Parameters
     ----------
     w, start
         Of `new_problem`.
-    known, n_known
-        Solutions to stay away from, one a row.
     scale
-        Error of an integration step, m.
+        Largest error estimate of an integration step, m.
     goal
         Largest residual to be reached.
     iterations
@@ -193,41 +206,86 @@ def find_zero(
     """
     n = z.size
     tape = new_tape(0, 0, w)
-    residual, move, trial = np.zeros(n), np.zeros(n), np.zeros(n)
-    jacobian = np.zeros((n, n))
-    trial[:] = z
-    worst, steps, factor, cut = math.inf, 0, 1.0, 0
-    for _ in range(iterations):
+    residual, move, trial = np.zeros(n), np.zeros(n), z.copy()
+    best_residual, best_jacobian = np.zeros(n), np.zeros((n, n))
+    jacobian, square = np.zeros((n, n)), np.zeros((n, n))
+    best, damping = math.inf, 1e-3
+    for iteration in range(iterations):
         set_unknowns(w, start, pair, stride, trial)
         launch(w, start)
-        steps += 1
-        if advance(w, 1.0, scale, tape) != OK:
-            return BROKEN, worst, steps
-        conditions(w.y, start, stride, residual, jacobian)
-        size = largest(residual)
-        if not size < math.inf:
-            return BROKEN, worst, steps
-        if n_known == 0 and size > 1.5 * worst and cut < MOST_HALVINGS:
-            # Worse than before: half the way.
-            cut += 1
-            factor *= 0.5
-            for e in range(n):
-                trial[e] = z[e] + factor * move[e]
-            continue
-        cut, worst = 0, size
-        z[:] = trial
-        if worst <= goal:
-            return CONVERGED, worst, steps
-        for e in range(n):
-            move[e] = -residual[e]
-        if not solve(jacobian, move):
-            return SINGULAR, worst, steps
-        factor = deflation(z, move, known, n_known) if n_known > 0 else 1.0
-        longest = abs(factor) * largest(move)
-        if longest > LONGEST_MOVE:
-            factor *= LONGEST_MOVE / longest
-        for e in range(n):
-            trial[e] = z[e] + factor * move[e]
+        total = math.inf
+        if advance(w, 1.0, scale, tape) == OK:
+            conditions(w.y, start, stride, residual, jacobian)
+            total = np.sum(residual**2)
+        if total < best:
+            z[:] = trial
+            best_residual[:], best_jacobian[:] = residual, jacobian
+            if largest(residual) <= goal:
+                return CONVERGED, largest(residual), iteration + 1
+            if iteration > PATIENCE and total > 0.98 * best and total > NEAR**2:
+                return STALLED, largest(residual), iteration + 1
+            best = total
+            damping *= 0.2 if total > NEAR else 0.0
+        elif best == math.inf:
+            return BROKEN, math.inf, iteration + 1
+        else:
+            damping = max(5.0 * damping, 1e-6)
+        solved, damping = damped_move(best_jacobian, best_residual, damping, square, move)
+        if not solved or damping > 1e3:
+            return STALLED, largest(best_residual), iteration + 1
+        trial[:] = z + move
         if not SLOWEST < trial[0] < FASTEST:
-            return OUT_OF_RANGE, worst, steps
-    return OUT_OF_STEPS, worst, steps
+            return OUT_OF_RANGE, largest(best_residual), iteration + 1
+    return OUT_OF_STEPS, largest(best_residual), iterations
+
+
+@formula
+def wrap(angle: float) -> float:
+    """The same angle in (-pi, pi]."""
+    return angle - 2.0 * math.pi * math.ceil(angle / (2.0 * math.pi) - 0.5)
+
+
+@formula
+def is_known(z: Floats, zeros: Floats, count: int, n_pairs: int) -> bool:
+    """Whether a solution is among the first rows of ``zeros``."""
+    for row in range(count):
+        distance = 0.0
+        for e in range(z.size):
+            gap = z[e] - zeros[row, e]
+            distance = max(distance, abs(wrap(gap) if 0 < e <= n_pairs else gap))
+        if distance < SAME:
+            return True
+    return False
+
+
+@driver
+def find_zeros(
+    w: Walker,
+    start: Floats,
+    pair: Ints,
+    stride: float,
+    starts: Floats,
+    scale: float,
+    goal: float,
+    iterations: int,
+    zeros: Floats,
+    count: int,
+) -> tuple[int, int]:
+    """Search from each row of ``starts``; write what is new behind the first ``count`` rows of ``zeros``.
+
+    Returns
+    -------
+    count, steps
+        Number of solutions now, and of steps simulated.
+    """
+    steps, n_pairs = 0, pair.max() + 1
+    for row in range(starts.shape[0]):
+        z = starts[row].copy()
+        ending, _, taken = find_zero(w, start, pair, stride, z, scale, goal, iterations)
+        steps += taken
+        for e in range(1, n_pairs + 1):
+            z[e] = wrap(z[e])
+        if ending == CONVERGED and count < zeros.shape[0] and not is_known(z, zeros, count, n_pairs):
+            zeros[count] = z
+            count += 1
+    return count, steps

@@ -105,13 +105,21 @@ def touch_down(s: float, w: Walker, tape: Tape) -> None:
 
 
 @formula
-def lift_off(s: float, contacts: Floats, gaps: Floats, tape: Tape) -> None:
-    """Lift the legs whose gap is at zero, or a hair past it. Their force is zero: the rates stay as they are."""
-    for i in range(contacts.shape[0]):
-        sign, rate = contacts[i, SIGN], gaps[0, i, 1]
-        if contacts[i, DOWN] != 0.0 and sign != 0.0 and sign * gaps[0, i, 0] <= 1e-13 * abs(rate):
-            contacts[i, DOWN] = 0.0
+def lift_off(s: float, leaving: int, w: Walker, tape: Tape) -> None:
+    """Lift the leg that is leaving (-1: none), and those whose gap is at zero with it, or a hair past it.
+
+    Their force is zero: the rates stay as they are, but for those of the derivatives, since the force's are not zero.
+    """
+    lifted = False
+    for i in range(w.contacts.shape[0]):
+        sign, rate = w.contacts[i, SIGN], w.gaps[0, i, 1]
+        gone = i == leaving or sign * w.gaps[0, i, 0] <= 1e-13 * abs(rate)
+        if w.contacts[i, DOWN] != 0.0 and sign != 0.0 and gone:
+            w.contacts[i, DOWN] = 0.0
             record_event(tape, s, i, LIFTOFF, rate)
+            lifted = True
+    if lifted and w.y.shape[1] > 1:
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k, 0)
 
 
 @formula
@@ -186,13 +194,13 @@ def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
 
 
 @formula
-def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tuple[int, float, float]:
+def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tuple[int, float, float, int]:
     """Try steps until one is accurate and has no event before its end.
 
     Returns
     -------
-    status, size, shift
-        How it went, the step's size, and the time by which to move its end onto a lift-off (0: there is none).
+    status, size, shift, leg
+        How it went, the step's size, the time by which to move its end onto a lift-off, and whose (-1: nobody's).
     """
     for _ in range(MOST_TRIES):
         error = step(s, h, w.y, w.stance, w.contacts, w.body, w.clock, w.k, w.ahead) / scale
@@ -200,17 +208,17 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
             h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.1
             w.clock[NEXT_STEP] = h
             if h < SMALLEST_STEP:
-                return STEP_TOO_SMALL, h, 0.0
+                return STEP_TOO_SMALL, h, 0.0, -1
             continue
         w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
         measure_gaps(s + h, w.ahead, w.k, 12, w.stance, w.contacts, w.gaps, 1)
-        kind, where = next_event(s, h, w.contacts, w.gaps)
+        kind, where, leg = next_event(s, h, w.contacts, w.gaps)
         if kind == NONE or (kind == HERE and s + h + where > bound):
-            return OK, h, 0.0
+            return OK, h, 0.0, -1
         if kind == HERE:
-            return OK, h, where
+            return OK, h, where, leg
         h *= where
-    return EVENT_LOST, h, 0.0
+    return EVENT_LOST, h, 0.0, -1
 
 
 @formula
@@ -246,7 +254,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         ``OK`` or the reason to stop.
     """
     s = bound = w.clock[TIME]
-    steps = 0
+    steps, leaving = 0, -1
     while True:
         if s >= bound:
             s = bound
@@ -254,11 +262,11 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
             set_push(s, w.push, w.clock)
             refresh(s, w)
             bound = horizon(s, end, w.contacts, w.push)
-        lift_off(s, w.contacts, w.gaps, tape)
+        lift_off(s, leaving, w, tape)
         if s >= end:
             break
         left = bound - s
-        status, h, shift = try_steps(s, left / math.ceil(left / w.clock[NEXT_STEP]), bound, w, scale)
+        status, h, shift, leaving = try_steps(s, left / math.ceil(left / w.clock[NEXT_STEP]), bound, w, scale)
         if status != OK:
             return status
         steps += 1

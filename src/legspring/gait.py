@@ -1,0 +1,199 @@
+"""A gait: a fixed point of the mirrored one-step map, with the evidence that it is one."""
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from legspring.kernel.walker import LIFTOFF, Tape
+from legspring.measures.cost import transport_cost, work_of_legs
+from legspring.measures.forces import net_force, peak_force, peak_magnitude
+from legspring.measures.robustness import Recovery, recover
+from legspring.measures.stability import largest_magnitude, multipliers
+from legspring.model import Animal
+from legspring.returnmap import Start, complete_map, flow, reduced_map
+from legspring.setting import TIGHT, Setting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Floats = NDArray[np.float64]
+
+IDLE = 1e-3
+"""Peak force, in units of m g, below which a leg does nothing."""
+
+
+class Invalid(StrEnum):
+    """Why a solution of a gait's conditions is no gait (model section 3)."""
+
+    NO_LIFTOFF = "a leg does not lift off before its next touch-down"
+    WRONG_SIGN = "a leg pulls that should push, or pushes that should pull"
+    IDLE = "a leg bears less than a thousandth of the weight"
+    OLD_LEGS = "the legs down at the start are not those that the step before leaves down"
+
+
+@dataclass(frozen=True)
+class Gait:
+    """A periodic way of running: each step mirrors the one before.
+
+    Attributes
+    ----------
+    animal
+        Whose gait it is.
+    slope, heading
+        rad; the heading at the start of a step whose first tripod is the one that touches down at time 0.
+    family
+        Which pairs of legs push, by the animal's label.
+    branch
+        Number among all gaits of the same animal, slope and heading, by the phase of the hindmost legs, most
+        negative first; -1 where it is not known.
+    speed
+        At the start of a step, m/s.
+    phase, actuation
+        Of each pair of legs: rad, m (magnitudes).
+    yaw, yaw_rate
+        At the start of a step, rad and rad/s; zero where the yaw is held.
+    residual
+        Largest of the conditions left, scaled by v_des, 1 rad, v_des, v_des t_des.
+    drift
+        Largest change of the unknowns (speed in units of v_des, phases in rad) from an integration at an accuracy of
+        1e-10 to one at 1e-12.
+    """
+
+    animal: Animal = field(repr=False)
+    slope: float
+    heading: float
+    family: str
+    speed: float
+    phase: tuple[float, ...]
+    actuation: tuple[float, ...]
+    residual: float
+    drift: float = math.nan
+    branch: int = -1
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+
+    @cached_property
+    def setting(self) -> Setting:
+        """The animal on its slope, with this gait's legs."""
+        return Setting(self.animal, self.slope, self.animal.functions(self.family), self.actuation)
+
+    @property
+    def slope_deg(self) -> float:
+        """Slope in degrees."""
+        return math.degrees(self.slope)
+
+    @property
+    def start(self) -> Start:
+        """Start of a step."""
+        return Start(self.speed, self.heading, yaw=self.yaw, yaw_rate=self.yaw_rate)
+
+    @cached_property
+    def tape(self) -> Tape:
+        """One stride as the kernel recorded it."""
+        return flow(self.setting, self.phase, self.start, steps=2, record=True, accuracy=TIGHT)[1]
+
+    @cached_property
+    def first_legs(self) -> tuple[int, ...]:
+        """For each pair, its leg that touches down at time 0."""
+        setting = self.setting
+        return tuple(
+            int(np.flatnonzero((setting.pair == pair) & (setting.offset == 0.0))[0])
+            for pair in range(len(self.animal.pairs))
+        )
+
+    @cached_property
+    def liftoff(self) -> Floats:
+        """Time from touch-down to lift-off of each pair of legs, in step durations; nan if there is none."""
+        return np.array([self._liftoff(leg)[0] for leg in self.first_legs])
+
+    def _liftoff(self, leg: int) -> tuple[float, float]:
+        """Time of the lift-off of a leg put down at time 0, and the rate of its gap then."""
+        for time, which, kind, _, rate in self.tape.events[: self.tape.count[1]]:
+            if which == leg and kind == LIFTOFF and 0.0 < time < 2.0:
+                return float(time), float(rate)
+        return math.nan, math.nan
+
+    @property
+    def events(self) -> tuple[str, ...]:
+        """Sequence of touch-downs and lift-offs in a stride, as in ``("BR lift-off", "MR lift-off", ...)``."""
+        names = [leg.name for leg in self.animal.legs]
+        rows = self.tape.events[: self.tape.count[1]]
+        return tuple(f"{names[int(row[1])]} {'lift-off' if row[2] == LIFTOFF else 'touch-down'}" for row in rows)
+
+    @property
+    def grazing(self) -> float:
+        """Smallest rate at which a leg passes through zero force at lift-off, m/s; small: derivatives are doubtful."""
+        rows = self.tape.events[: self.tape.count[1]]
+        rates = np.abs(rows[rows[:, 2] == LIFTOFF, 4])
+        return float(rates.min() / self.setting.step_duration) if len(rates) else math.nan
+
+    def invalid(self) -> tuple[Invalid, str] | None:
+        """Say why this solution is no gait, and which leg is to blame; None if it is one."""
+        for pair, leg in enumerate(self.first_legs):
+            name = self.animal.legs[leg].name
+            time, rate = self._liftoff(leg)
+            if math.isnan(time):
+                return Invalid.NO_LIFTOFF, name
+            if rate * self.setting.functions[pair] > 0.0:
+                return Invalid.WRONG_SIGN, name
+            if peak_magnitude(self.setting, self.tape, leg) < IDLE:
+                return Invalid.IDLE, name
+        for leg in np.flatnonzero(self.setting.offset == 1.0):
+            left_down = self.liftoff[self.setting.pair[leg]] > 1.0
+            if left_down != bool(self.tape.down[0, leg]):
+                return Invalid.OLD_LEGS, self.animal.legs[leg].name
+        return None
+
+    @cached_property
+    def reduced_eigenvalue(self) -> float:
+        """Largest eigenvalue magnitude of the thesis's one-stride map of speed and heading."""
+        return largest_magnitude(reduced_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1])
+
+    @cached_property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Floquet multipliers of a stride, of the complete map, largest first."""
+        return multipliers(complete_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1])
+
+    @cached_property
+    def work(self) -> Floats:
+        """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``."""
+        return work_of_legs(self.setting, self.tape)
+
+    @property
+    def transport_cost(self) -> float:
+        """Transport cost (Eq. 3.6)."""
+        return transport_cost(self.work)
+
+    @cached_property
+    def peak_force(self) -> Floats:
+        """Lateral and fore-aft peak force, with its sign, of each pair's leg that touches down first: ``(P, 2)``.
+
+        In units of m g.
+        """
+        return np.array([peak_force(self.setting, self.tape, leg) for leg in self.first_legs])
+
+    @cached_property
+    def net_force(self) -> tuple[Floats, Floats]:
+        """Largest and smallest sum of the legs' forces (lateral, fore-aft) during a step, in units of m g."""
+        return net_force(self.setting, self.tape)
+
+    def recover(self, impulse: float) -> Recovery:
+        """Push the gait sideways and see whether it comes back (model section 4).
+
+        Parameters
+        ----------
+        impulse
+            In units of m v_des, > 0 to the right.
+        """
+        return recover(self.setting, self.phase, self.start, impulse)
+
+    def simulate(self, strides: float = 2) -> "xr.Dataset":
+        """Simulate the gait (see `legspring.simulate`)."""
+        from legspring.simulation import simulation
+
+        return simulation(self.setting, self.phase, self.start, strides)

@@ -1,0 +1,108 @@
+"""Recovery from a sideways push (model section 4)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.kernel.run import touchdown_states
+from legspring.kernel.walker import VX, VY, new_walker
+from legspring.returnmap import Start
+from legspring.setting import ACCURACY, Setting
+
+BEGIN = 1.0 / 8.0
+"""Start of the push, in step durations."""
+TO_PEAK, LENGTH = 2.985e-3, 4e-3
+"""Times from the push's start to its peak and to its end, s."""
+ANGLE = 0.15
+"""Change of heading, rad, and change of speed by v_des, that count as a distance of 1."""
+BACK, SURELY_BACK = 1e-2, 1e-3
+ELSEWHERE, REPEATS = 1.0, 2e-3
+STRIDES = 50
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """What became of a gait after a push.
+
+    Attributes
+    ----------
+    impulse
+        Sideways impulse in units of m v_des.
+    steps
+        Number of the step at whose end the gait was back; None if it was not within 50 strides.
+    distance
+        ``(101,)``: distance from the gait at the start (0) and at the end of each step.
+    other_gait
+        Whether it settled on another gait.
+    """
+
+    impulse: float
+    steps: int | None
+    distance: NDArray[np.float64]
+    other_gait: bool
+
+    @property
+    def recovered(self) -> bool:
+        """Whether the gait came back."""
+        return self.steps is not None
+
+
+def push_knots(setting: Setting, impulse: float) -> NDArray[np.float64]:
+    """Return the push as knots (time, x, y) of an acceleration, in the kernel's units.
+
+    A triangle in time whose area is the impulse times v_des.
+    """
+    t_des = setting.step_duration
+    peak = 2.0 * impulse * setting.desired_speed / LENGTH * t_des**2
+    times = BEGIN + np.array([0.0, TO_PEAK, LENGTH]) / t_des
+    return np.column_stack([times, [0.0, peak, 0.0], np.zeros(3)])
+
+
+def recover(
+    setting: Setting, phase: ArrayLike, start: Start, impulse: float, *, accuracy: float = ACCURACY
+) -> Recovery:
+    """Push a gait sideways in its first step and follow it for 50 strides.
+
+    Parameters
+    ----------
+    setting, phase, start
+        The gait.
+    impulse
+        In units of m v_des, > 0 to the right.
+    """
+    if not abs(impulse) <= 10.0:
+        raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-10")
+    legs = setting.legs(phase)[:, :, None]
+    walker = new_walker(
+        setting.body[:, None], legs, setting.side, setting.offset, push_knots(setting, impulse), setting.rows
+    )
+    states = np.full((2 * STRIDES + 1, setting.rows), np.nan)
+    touchdown_states(walker, start.in_kernel_units(setting)[:, None], setting.error_scale(accuracy), states)
+    distance = distances(setting, states)
+    return Recovery(impulse, steps_to_recover(distance), distance, settled_elsewhere(distance))
+
+
+def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distance of each touch-down's velocity from the first one's, mirrored after odd steps."""
+    velocity = states[:, [VX, VY]].copy()
+    velocity[1::2, 0] *= -1.0
+    change = np.abs(velocity - velocity[0]) / setting.step_length
+    result: NDArray[np.float64] = np.maximum(change[:, 0] / np.tan(ANGLE), change[:, 1])
+    return result
+
+
+def steps_to_recover(distance: NDArray[np.float64]) -> int | None:
+    """First step whose distance is below 1 % when the next one is closer still, or below 0.1 %."""
+    for step in range(1, len(distance)):
+        here = distance[step]
+        follows = step + 1 < len(distance) and distance[step + 1] < here
+        if here < SURELY_BACK or (here < BACK and follows):
+            return step
+    return None
+
+
+def settled_elsewhere(distance: NDArray[np.float64]) -> bool:
+    """Whether the last steps repeat at a distance above 1."""
+    last = distance[-4:]
+    return bool(last[-1] > ELSEWHERE and abs(last[-1] - last[-3]) < REPEATS and abs(last[-2] - last[-4]) < REPEATS)

@@ -1,0 +1,214 @@
+"""One step, or one stride, as a map, with its exact Jacobian."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.kernel import launch as rows
+from legspring.kernel.run import run
+from legspring.kernel.walker import (
+    EVENT_LOST,
+    N_LEG,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+    VX,
+    VY,
+    YAW,
+    YAW_RATE,
+    Tape,
+    Walker,
+    X,
+    Y,
+)
+from legspring.setting import ACCURACY, Setting
+
+Floats = NDArray[np.float64]
+
+NO_PUSH = np.zeros((0, 3))
+MOST_STEPS_AT_ONCE = 2000
+"""Longest simulation, in steps."""
+REASONS = {
+    STEP_TOO_SMALL: "the integrator's step became too small: a leg collapsed to its hip, or forces are too stiff",
+    TOO_MANY_STEPS: "the integrator needed too many steps: forces are too stiff for the step duration",
+    EVENT_LOST: "a lift-off could not be located: the leg's force stays too near zero",
+}
+
+
+class IntegrationError(ArithmeticError):
+    """A simulation could not be carried on; the message says why."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """The start of a step.
+
+    Parameters
+    ----------
+    speed
+        m/s.
+    heading
+        Direction of motion relative to the body, counter-clockwise, rad.
+    displacement
+        Displacement of the centre of mass over the step before (x, y), m, which says where the legs that are still
+        down were put down; by default straight ahead at the desired speed.
+    yaw, yaw_rate
+        rad, rad/s; zero for a body whose yaw is held.
+    turn
+        Change of yaw over the step before, rad; by default twice the yaw, as in a gait.
+    """
+
+    speed: float
+    heading: float
+    displacement: tuple[float, float] | None = None
+    yaw: float = 0.0
+    yaw_rate: float = 0.0
+    turn: float | None = None
+
+    def in_kernel_units(self, setting: Setting) -> Floats:
+        """Return the kernel's start, ``(7,)``."""
+        dx, dy = (0.0, setting.step_length) if self.displacement is None else self.displacement
+        turn = 2.0 * self.yaw if self.turn is None else self.turn
+        t_des = setting.step_duration
+        return np.array([self.speed * t_des, self.heading, dx, dy, self.yaw, self.yaw_rate * t_des, turn])
+
+
+def flow(
+    setting: Setting,
+    phase: ArrayLike,
+    start: Start,
+    *,
+    steps: int = 1,
+    seeds: Floats | None = None,
+    push: Floats = NO_PUSH,
+    record: bool = False,
+    accuracy: float = ACCURACY,
+) -> tuple[Walker, Tape]:
+    """Simulate a number of steps.
+
+    Parameters
+    ----------
+    setting, phase
+        The animal on its slope, and the phase of each pair of legs, rad.
+    start
+        Where from.
+    steps
+        How far.
+    seeds
+        ``(7, D)``: derivatives of the start, in the kernel's units, in D directions.
+    push
+        ``(P, 3)``: knots of an acceleration from outside, in the kernel's units.
+    record
+        Whether to fill the tape.
+    accuracy
+        Relative accuracy of the states after a stride.
+
+    Returns
+    -------
+    walker, tape
+        The end, and what happened.
+
+    Raises
+    ------
+    IntegrationError
+        If the simulation cannot be carried to its end.
+    """
+    if not 0 <= steps <= MOST_STEPS_AT_ONCE:
+        raise ValueError(f"steps = {steps!r}: must be from 0 to {MOST_STEPS_AT_ONCE}")
+    values = start.in_kernel_units(setting)
+    if not np.all(np.isfinite(values)) or values[0] <= 0.0:
+        raise ValueError(f"{start}: must have a positive speed and finite numbers")
+    derivatives = np.zeros((rows.N_START, 0)) if seeds is None else seeds
+    width = 1 + derivatives.shape[1]
+    legs = np.zeros((len(setting.animal.legs), N_LEG, width))
+    legs[:, :, 0] = setting.legs(phase)
+    body = np.zeros((2, width))
+    body[:, 0] = setting.body
+    room = (60 * steps + 60, 20 * steps + 20) if record else (0, 0)
+    status, walker, tape = run(
+        body,
+        legs,
+        setting.side,
+        setting.offset,
+        push,
+        np.column_stack([values, derivatives]),
+        setting.rows,
+        float(steps),
+        setting.error_scale(accuracy),
+        *room,
+    )
+    if status in REASONS:
+        raise IntegrationError(f"stopped at t = {walker.clock[0] * setting.step_duration:.6g} s: {REASONS[status]}")
+    return walker, tape
+
+
+def speed_and_heading(y: Floats) -> Floats:
+    """Speed and heading, relative to the body, of a state jet: ``(2, C)``, in the kernel's units."""
+    vx, vy = y[VX, 0], y[VY, 0]
+    speed = math.hypot(vx, vy)
+    out = np.vstack([(vx * y[VX] + vy * y[VY]) / speed, (vx * y[VY] - vy * y[VX]) / speed**2])
+    out[:, 0] = speed, math.atan2(-vx, vy)
+    if len(y) > 4:
+        out[1] -= y[YAW]
+    return out
+
+
+def _unit_seeds(which: Sequence[int]) -> Floats:
+    return np.eye(rows.N_START)[:, list(which)]
+
+
+def complete_map(
+    setting: Setting, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
+) -> tuple[Floats, Floats]:
+    """Map the complete state at a touch-down to that one step later, mirrored (model section 4).
+
+    The state is (speed, heading, Dx, Dy), with (Dx, Dy) the displacement of the centre of mass over the last step,
+    which says where the feet of the last tripod are; a yawing body adds (yaw, yaw rate, turn over the last step).
+    Lengths in m, times in step durations.
+
+    Returns
+    -------
+    state, jacobian
+        ``(n,)`` and ``(n, n)``, n = 4 or 7.
+    """
+    yaws = setting.rows == 6
+    which = [rows.SPEED, rows.HEADING, rows.DX, rows.DY]
+    if yaws:
+        which += [rows.START_YAW, rows.START_YAW_RATE, rows.TURN]
+    y = flow(setting, phase, start, seeds=_unit_seeds(which), accuracy=accuracy)[0].y
+    image = np.vstack([speed_and_heading(y), y[X], y[Y]])
+    mirror = np.array([1.0, -1.0, -1.0, 1.0])
+    if yaws:
+        turn = y[YAW].copy()
+        turn[0] -= start.yaw
+        turn[1 + which.index(rows.START_YAW)] -= 1.0
+        image = np.vstack([image, y[YAW], y[YAW_RATE], turn])
+        mirror = np.append(mirror, [-1.0, -1.0, -1.0])
+    image *= mirror[:, None]
+    return image[:, 0], image[:, 1:]
+
+
+def reduced_map(
+    setting: Setting, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
+) -> tuple[Floats, Floats]:
+    """Map (speed, heading) to itself over a stride, every start rebuilding the old feet: the thesis's stability map.
+
+    A yawing body adds (yaw, yaw rate). Lengths in m, times in step durations.
+
+    Returns
+    -------
+    state, jacobian
+        ``(n,)`` and ``(n, n)``, n = 2 or 4.
+    """
+    which = [rows.SPEED, rows.HEADING] + ([rows.START_YAW, rows.START_YAW_RATE] if setting.rows == 6 else [])
+    seeds = _unit_seeds(which)
+    if setting.rows == 6 and start.turn is None:
+        seeds[rows.TURN, 2] = 2.0
+    y = flow(setting, phase, start, steps=2, seeds=seeds, accuracy=accuracy)[0].y
+    image = speed_and_heading(y)
+    if setting.rows == 6:
+        image = np.vstack([image, y[YAW], y[YAW_RATE]])
+    return image[:, 0], image[:, 1:]
+

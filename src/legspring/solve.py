@@ -1,0 +1,362 @@
+"""Finding all gaits of an animal at one slope and heading.
+
+Why this is complete: right after touch-down the force of a leg has the sign of the rate of its gap,
+
+    d(|r| - l)/dt = -v cos(beta - heading) + ldev (pi/t_des) cos(phi),
+
+so that the leg's function bounds the cosine of its phase, and all gaits lie in a box (`phase_range`). Searches start
+from points spread evenly over that box. A map over slope and heading adds the gaits of neighbouring cells as starts,
+back and forth until nothing new turns up (`legspring.atlas`). `benchmarks/audit.py` searches from very many random
+starts, and finds nothing else.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.gait import Gait, Invalid
+from legspring.kernel import newton
+from legspring.model import Animal
+from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle
+
+Floats = NDArray[np.float64]
+
+STARTS = 96
+"""Starts for each family."""
+SPEED_RANGE = 0.85, 1.35
+"""Initial speeds to start from, in units of the desired one."""
+SLACK = 0.15
+"""Allowance on the cosine of the phase for what a force does in the ignored window."""
+ROUGH_ACCURACY, ROUGH_GOAL = 1e-9, 1e-8
+GOAL = 1e-12
+MOST_ITERATIONS = 40
+MOST_ZEROS = 64
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """A solution of the conditions that is no gait.
+
+    Attributes
+    ----------
+    reason, leg
+        What is wrong, and with which leg.
+    solution
+        The would-be gait.
+    """
+
+    reason: Invalid
+    leg: str
+    solution: Gait
+
+    def __str__(self) -> str:
+        phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in self.solution.phase)
+        return f"family {self.solution.family}, phases {phases} deg: {self.reason} ({self.leg})"
+
+
+@dataclass(frozen=True)
+class Search:
+    """What a search for gaits found.
+
+    Attributes
+    ----------
+    gaits
+        By branch.
+    rejections
+        Solutions that are no gaits.
+    starts, steps
+        Effort: starting points, and steps simulated.
+    """
+
+    gaits: tuple[Gait, ...]
+    rejections: tuple[Rejection, ...]
+    starts: int
+    steps: int
+
+    def summary(self) -> str:
+        """One line for each kind of rejection."""
+        counts = Counter((r.solution.family, str(r.reason)) for r in self.rejections)
+        lines = [f"family {family}: {count} x {reason}" for (family, reason), count in sorted(counts.items())]
+        return "\n".join(lines) or "no other solution of the conditions was met"
+
+
+class Problem:
+    """The conditions of a gait for one family at one slope and heading, ready to be solved.
+
+    The unknowns are a vector: initial speed in units of the desired one, the phase of each pair of legs (rad), and,
+    where the body yaws, yaw (rad) and yaw rate (rad per step duration).
+    """
+
+    def __init__(self, animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None) -> None:
+        if len(animal.pairs) != 3:
+            raise ValueError(
+                f"animal = {animal.name!r} has {len(animal.pairs)} pairs of legs: the four conditions of a gait fix "
+                "the speed and the phases of exactly three"
+            )
+        self.setting = Setting(animal, slope, animal.functions(family), actuation)
+        self.heading = checked_angle("heading", heading, math.pi / 2)
+        self.family = family
+        setting = self.setting
+        for pair in range(len(animal.pairs)):
+            if not {0.0, 1.0} == {leg.offset for leg in animal.legs if leg.pair == animal.pairs[pair]}:
+                raise ValueError(
+                    f"pair {animal.pairs[pair]!r} of animal {animal.name!r}: a gait that mirrors itself from step to "
+                    "step needs one leg that touches down at offset 0 and one at offset 1"
+                )
+        self._walker, self._start = newton.new_problem(
+            setting.body,
+            setting.legs(np.zeros(len(animal.pairs))),
+            setting.side,
+            setting.offset,
+            setting.pair,
+            self.heading,
+            setting.step_length,
+            setting.rows,
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return 1 + len(self.setting.animal.pairs) + (2 if self.setting.rows == 6 else 0)
+
+    def phase_range(self) -> Floats:
+        """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait."""
+        setting, fastest = self.setting, SPEED_RANGE[1] * self.setting.step_length
+        bound = np.full(len(setting.actuation), -1.0)
+        for leg, pair, side, offset in zip(
+            setting.animal.legs, setting.animal.pair_of, setting.side, setting.offset, strict=True
+        ):
+            if offset == 0.0 and setting.actuation[pair] > 0.0:
+                along = side * math.cos(leg.angle - self.heading)
+                speed = fastest if along < 0.0 else SPEED_RANGE[0] * setting.step_length
+                bound[pair] = along * speed / (math.pi * setting.actuation[pair]) - SLACK
+        bound[bound > 1.0] = math.nan
+        return np.arccos(np.clip(bound, -1.0, 1.0))
+
+    def starts(self, count: int) -> Floats:
+        """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
+        limits = self.phase_range()
+        if np.any(np.isnan(limits)):
+            return np.zeros((0, self.size))
+        # A lattice of the golden ratio's kin (R sequence): even, and the same every time.
+        dimension = 1 + len(limits)
+        root = 1.5
+        for _ in range(50):
+            root = (1.0 + root) ** (1.0 / (dimension + 1))
+        steps = root ** -np.arange(1.0, dimension + 1)
+        unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
+        points = np.zeros((count, self.size))
+        points[:, 0] = SPEED_RANGE[0] + (SPEED_RANGE[1] - SPEED_RANGE[0]) * unit[:, 0]
+        points[:, 1 : 1 + len(limits)] = limits * (2.0 * unit[:, 1:] - 1.0)
+        return points
+
+    def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, int]:
+        """Search from each start, roughly.
+
+        Returns
+        -------
+        zeros, steps
+            ``(n, size)``: the solutions, the known ones first; and the number of steps simulated.
+        """
+        found = np.zeros((MOST_ZEROS, self.size))
+        count = 0 if known is None else len(known)
+        if known is not None:
+            found[:count] = known
+        setting = self.setting
+        count, steps = newton.find_zeros(
+            self._walker,
+            self._start,
+            setting.pair,
+            setting.step_length,
+            np.ascontiguousarray(starts, dtype=float),
+            setting.error_scale(ROUGH_ACCURACY),
+            ROUGH_GOAL,
+            MOST_ITERATIONS,
+            found,
+            count,
+        )
+        return found[:count].copy(), steps
+
+    def refine(self, z: Floats, accuracy: float) -> tuple[Floats, float, int]:
+        """Solve from nearby to the last digits.
+
+        Returns
+        -------
+        solution, residual, ending
+        """
+        z = np.array(z, dtype=float)
+        setting = self.setting
+        ending, residual, _ = newton.find_zero(
+            self._walker,
+            self._start,
+            setting.pair,
+            setting.step_length,
+            z,
+            setting.error_scale(accuracy),
+            GOAL,
+            MOST_ITERATIONS,
+        )
+        pairs = slice(1, 1 + len(setting.animal.pairs))
+        z[pairs] = -((-z[pairs] + math.pi) % (2.0 * math.pi) - math.pi)
+        return z, residual, ending
+
+    def gait(self, z: Floats) -> Gait | None:
+        """Return the solution near z as a gait, valid or not; None if there is none after all."""
+        rough, _, _ = self.refine(z, ACCURACY)
+        fine, residual, _ = self.refine(rough, TIGHT)
+        # The last digits may not be had; what counts is that the conditions are met.
+        if not residual < 100.0 * GOAL:
+            return None
+        setting, n = self.setting, len(self.setting.animal.pairs)
+        yaw, yaw_rate = (float(fine[n + 1]), float(fine[n + 2])) if setting.rows == 6 else (0.0, 0.0)
+        return Gait(
+            animal=setting.animal,
+            slope=setting.slope,
+            heading=self.heading,
+            family=self.family,
+            speed=float(fine[0] * setting.desired_speed),
+            phase=tuple(float(angle) for angle in fine[1 : n + 1]),
+            actuation=setting.actuation,
+            residual=float(residual),
+            drift=float(np.max(np.abs(fine - rough))),
+            yaw=yaw,
+            yaw_rate=yaw_rate / setting.step_duration,
+        )
+
+    def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
+        """Tell gaits from solutions that are none."""
+        gaits, rejections = [], []
+        for z in zeros:
+            solution = self.gait(z)
+            if solution is None:
+                continue
+            problem = solution.invalid()
+            if problem is None:
+                gaits.append(solution)
+            else:
+                rejections.append(Rejection(*problem, solution))
+        return gaits, rejections
+
+
+def hindmost(animal: Animal) -> int:
+    """Index of the pair of legs whose nominal feet are furthest back."""
+    feet = [leg.hip[1] + leg.length * math.cos(leg.angle) for leg in animal.legs]
+    return animal.pair_of[int(np.argmin(feet))]
+
+
+def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
+    """Number the gaits of one animal, slope and heading, by the phase of the hindmost legs, most negative first."""
+    if not gaits:
+        return ()
+    pair = hindmost(gaits[0].animal)
+    ordered = sorted(gaits, key=lambda gait: gait.phase[pair])
+    return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
+
+
+def checked_slope(slope: float | None, slope_deg: float | None) -> float:
+    """Return the one slope that is given, in rad.
+
+    Raises
+    ------
+    ValueError
+        If both or none are given, or it is beyond the vertical.
+    """
+    if (slope is None) == (slope_deg is None):
+        raise ValueError("give either slope (rad) or slope_deg (degrees)")
+    if slope_deg is not None:
+        if not abs(slope_deg) <= 90.0:
+            raise ValueError(f"slope_deg = {slope_deg!r}: must be a finite angle from -90 to 90 degrees")
+        return math.radians(slope_deg)
+    assert slope is not None
+    return checked_angle("slope", slope, math.pi / 2)
+
+
+def search_gaits(
+    animal: Animal,
+    *,
+    heading: float,
+    slope: float | None = None,
+    slope_deg: float | None = None,
+    family: str | None = None,
+    actuation: ArrayLike | None = None,
+    starts: int = STARTS,
+) -> Search:
+    """Search for all gaits at one slope and heading, and say what was found on the way.
+
+    Parameters
+    ----------
+    animal
+        The animal.
+    heading
+        rad, within +-pi/2.
+    slope, slope_deg
+        Either of them; rad or degrees.
+    family
+        Only gaits of this family are returned; branches are numbered over all.
+    actuation
+        Magnitudes for each pair of legs, m; by default the animal's.
+    starts
+        Starting points for each family.
+
+    Raises
+    ------
+    ValueError
+        For an angle out of range, an unknown family, or an animal whose gaits have other unknowns.
+    """
+    angle = checked_slope(slope, slope_deg)
+    if family is not None:
+        animal.functions(family)
+    if starts < 1:
+        raise ValueError(f"starts = {starts!r}: must be at least 1")
+    gaits: list[Gait] = []
+    rejections: list[Rejection] = []
+    steps = 0
+    for label in animal.families:
+        problem = Problem(animal, angle, heading, label, actuation)
+        zeros, taken = problem.zeros(problem.starts(starts))
+        valid, invalid = problem.sort(zeros)
+        gaits += valid
+        rejections += invalid
+        steps += taken
+    numbered = number_branches(gaits)
+    if family is not None:
+        numbered = tuple(gait for gait in numbered if gait.family == family)
+        rejections = [rejection for rejection in rejections if rejection.solution.family == family]
+    return Search(numbered, tuple(rejections), starts * len(animal.families), steps)
+
+
+def find_gaits(
+    animal: Animal,
+    *,
+    heading: float,
+    slope: float | None = None,
+    slope_deg: float | None = None,
+    family: str | None = None,
+    actuation: ArrayLike | None = None,
+    starts: int = STARTS,
+) -> list[Gait]:
+    """Find all gaits at one slope and heading, by branch; the list is empty where there is none.
+
+    Parameters and errors are those of `search_gaits`, which also says what was rejected and why.
+
+    Examples
+    --------
+    >>> import legspring as ls
+    >>> gait = ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
+    >>> gait.family, round(gait.speed, 4)
+    ('B', 0.2731)
+    """
+    search = search_gaits(
+        animal,
+        heading=heading,
+        slope=slope,
+        slope_deg=slope_deg,
+        family=family,
+        actuation=actuation,
+        starts=starts,
+    )
+    return list(search.gaits)
