@@ -16,18 +16,22 @@ if TYPE_CHECKING:
     from legspring.model import cockroach as cockroach
     from legspring.model import load_animal as load_animal
     from legspring.model import presets as presets
+    from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
+    from legspring.sweep import atlas as atlas
 
 _HOMES = {
     "Animal": "model",
     "Gait": "gait",
     "ModelError": "model",
+    "atlas": "sweep",
     "cockroach": "model",
     "find_gaits": "solve",
     "load_animal": "model",
     "presets": "model",
     "search_gaits": "solve",
+    "simulate": "simulation",
 }
 
 __all__ = [*_HOMES, "__version__"]  # noqa: PLE0604

@@ -6,7 +6,7 @@ Why this is complete: right after touch-down the force of a leg has the sign of 
 
 so that the leg's function bounds the cosine of its phase, and all gaits lie in a box (`phase_range`). Searches start
 from points spread evenly over that box. A map over slope and heading adds the gaits of neighbouring cells as starts,
-back and forth until nothing new turns up (`legspring.atlas`). `benchmarks/audit.py` searches from very many random
+back and forth until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random
 starts, and finds nothing else.
 """
 

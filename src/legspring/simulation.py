@@ -1,0 +1,180 @@
+"""Time series of a simulation, as an xarray.Dataset."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.kernel.dop853 import interpolate
+from legspring.kernel.walker import FOOT_X, GRIP_X, LAW, LIFTOFF, SPRING, Tape
+from legspring.model import Animal
+from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow
+from legspring.setting import ACCURACY, Setting, checked_angle, checked_positive
+from legspring.solve import checked_slope
+
+Floats = NDArray[np.float64]
+
+SAMPLES = 100
+"""Samples a step."""
+
+
+def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
+    """Return the states at some times, ``(T, n)``, in the kernel's units, and the recorded step of each."""
+    count = int(tape.count[0])
+    index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
+    out = np.zeros((len(times), *tape.y.shape[1:]))
+    for row, (n, time) in enumerate(zip(index, times, strict=True)):
+        interpolate(tape.y[n], tape.dense[n], (time - tape.time[n]) / tape.size[n], out[row])
+    return out[:, :, 0], index
+
+
+def simulation(
+    setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
+) -> xr.Dataset:
+    """Simulate an animal in its setting; see `simulate` for the result."""
+    steps = round(2.0 * checked_positive("strides", strides))
+    if abs(steps - 2.0 * strides) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
+        raise ValueError(f"strides = {strides!r}: must be a multiple of 1/2, up to {MOST_STEPS_AT_ONCE // 2}")
+    _, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
+    s = np.linspace(0.0, steps, steps * SAMPLES + 1)
+    y, index = states_at(tape, s)
+    if y.shape[1] == 4:
+        y = np.pad(y, ((0, 0), (0, 2)))
+    rate = 1.0 / setting.step_duration
+    return xr.Dataset(
+        {
+            "position": (("time", "axis"), y[:, :2], _about("m", "centre of mass")),
+            "velocity": (("time", "axis"), y[:, 2:4] * rate, _about("m/s", "velocity of the centre of mass")),
+            "yaw": ("time", y[:, 4], _about("rad", "yaw, counter-clockwise from uphill")),
+            "yaw_rate": ("time", y[:, 5] * rate, _about("rad/s", "yaw rate")),
+            **_legs(setting, tape, s, y, index),
+            **_events(setting, tape),
+        },
+        coords={
+            "time": ("time", s * setting.step_duration, _about("s", "time")),
+            "axis": ["lateral", "fore_aft"],
+            "leg": [leg.name for leg in setting.animal.legs],
+        },
+        attrs={
+            "animal": setting.animal.name,
+            "slope_deg": math.degrees(setting.slope),
+            "heading": start.heading,
+            "speed": start.speed,
+            "phase": np.atleast_1d(np.asarray(phase, dtype=float)),
+            "actuation": np.array(setting.actuation),
+            "desired_speed": setting.desired_speed,
+            "step_duration": setting.step_duration,
+        },
+    )
+
+
+def _about(units: str, name: str) -> dict[str, str]:
+    return {"units": units, "long_name": name}
+
+
+def _legs(
+    setting: Setting, tape: Tape, s: Floats, y: Floats, index: NDArray[np.intp]
+) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
+    """Feet, lengths and forces of the legs; missing in swing, where the force is zero."""
+    stance = tape.stance[index, :, :, 0]
+    down = tape.down[index] != 0.0
+    cosine, sine = np.cos(y[:, 4, None]), np.sin(y[:, 4, None])
+    hip_x, hip_y = stance[:, :, GRIP_X], stance[:, :, GRIP_X + 1]
+    hips = np.stack([cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y], axis=-1)
+    foot = stance[:, :, FOOT_X : FOOT_X + 2]
+    reach = foot - y[:, None, :2] - hips
+    length = np.hypot(reach[..., 0], reach[..., 1])
+    clock = np.stack([np.ones_like(s), -np.sin(np.pi * s), -np.cos(np.pi * s)], axis=-1)
+    free = np.einsum("tc,tlc->tl", clock, stance[:, :, LAW : LAW + 3])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pull = np.where(down, stance[:, :, SPRING] * (length - free) / (setting.weight * length), 0.0)
+    missing = np.where(down, 1.0, np.nan)
+    return {
+        "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
+        "foot": (("time", "leg", "axis"), foot * missing[..., None], _about("m", "foot in stance")),
+        "leg_length": (("time", "leg"), length * missing, _about("m", "length of the leg in stance")),
+        "free_length": (("time", "leg"), free * missing, _about("m", "force-free length in stance")),
+        "force": (("time", "leg", "axis"), pull[..., None] * reach, _about("m g", "force on the body")),
+    }
+
+
+def _events(setting: Setting, tape: Tape) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
+    rows = tape.events[: int(tape.count[1])]
+    names = np.array([leg.name for leg in setting.animal.legs])
+    kinds = np.where(rows[:, 2] == LIFTOFF, "lift-off", "touch-down")
+    states = tape.y[rows[:, 3].astype(int), :2, 0]
+    return {
+        "event_time": ("event", rows[:, 0] * setting.step_duration, _about("s", "time of a touch-down or lift-off")),
+        "event_leg": ("event", names[rows[:, 1].astype(int)], {"long_name": "whose event it is"}),
+        "event_kind": ("event", kinds, {"long_name": "touch-down or lift-off"}),
+        "event_position": (("event", "axis"), states, _about("m", "centre of mass then")),
+    }
+
+
+def simulate(
+    animal: Animal,
+    *,
+    heading: float,
+    speed: float,
+    phase: Sequence[float],
+    family: str,
+    slope: float | None = None,
+    slope_deg: float | None = None,
+    actuation: ArrayLike | None = None,
+    displacement: tuple[float, float] | None = None,
+    yaw: float = 0.0,
+    yaw_rate: float = 0.0,
+    strides: float = 2,
+    accuracy: float = ACCURACY,
+) -> xr.Dataset:
+    """Simulate an animal from any start, a gait or not.
+
+    Parameters
+    ----------
+    animal
+        The animal.
+    heading
+        Of the initial velocity relative to the body, counter-clockwise, rad.
+    speed
+        Initial speed, m/s.
+    phase
+        Of each pair of legs, rad.
+    family
+        Which pairs push.
+    slope, slope_deg
+        Either of them; rad or degrees.
+    actuation
+        Magnitudes for each pair of legs, m; by default the animal's.
+    displacement
+        Displacement of the centre of mass over the step before, m (see `legspring.returnmap.Start`).
+    yaw, yaw_rate
+        Of the body, where it is free to yaw; rad, rad/s.
+    strides
+        How long; a multiple of 1/2.
+    accuracy
+        Relative accuracy of the states after a stride.
+
+    Returns
+    -------
+    xarray.Dataset
+        Time series over time, leg and axis (lateral, fore_aft) of position, velocity, yaw, feet, leg lengths,
+        force-free lengths and forces (in m g), and the events.
+
+    Raises
+    ------
+    ValueError
+        For a number out of range.
+    IntegrationError
+        If a leg collapses, for instance.
+    """
+    setting = Setting(animal, checked_slope(slope, slope_deg), animal.functions(family), actuation)
+    start = Start(
+        checked_positive("speed", speed),
+        checked_angle("heading", heading, math.pi / 2),
+        displacement,
+        checked_angle("yaw", yaw, math.pi),
+        float(yaw_rate),
+    )
+    return simulation(setting, phase, start, strides, accuracy=accuracy)

@@ -1,0 +1,300 @@
+"""Gaits over a grid of slopes and headings, with all their measures, as an xarray.Dataset."""
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+import legspring
+from legspring.gait import Gait
+from legspring.model import Animal
+from legspring.progress import progress_bar
+from legspring.solve import Problem, number_branches
+
+Floats = NDArray[np.float64]
+T = TypeVar("T")
+R = TypeVar("R")
+
+CITATION = (
+    "D. E. Peterson, Reduced Order Multi-Legged Mathematical Modeling of Cockroach Locomotion on Inclines, thesis, 2011"
+)
+SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
+HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
+IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
+STARTS = 8
+"""Starts for each family in each cell; neighbouring cells give more."""
+
+LONG_NAMES = {
+    "family": ("", "pairs of legs that push"),
+    "speed": ("m/s", "initial speed of a step"),
+    "phase": ("rad", "phase of the actuation"),
+    "actuation": ("m", "magnitude of the actuation"),
+    "liftoff": ("t_des", "time from touch-down to lift-off"),
+    "reduced_eigenvalue": ("1", "largest eigenvalue magnitude of the reduced map (thesis)"),
+    "max_multiplier": ("1", "largest magnitude of a Floquet multiplier of a stride (complete map)"),
+    "transport_cost": ("1", "transport cost (Eq. 3.6)"),
+    "peak_force": ("m g", "peak force of a leg on the body"),
+    "net_force_max": ("m g", "largest sum of the forces of all legs"),
+    "net_force_min": ("m g", "smallest sum of the forces of all legs"),
+    "residual": ("1", "largest scaled condition left"),
+    "recovery_steps": ("1", "steps to recover from an impulse"),
+    "recovered": ("1", "whether the gait came back after an impulse (0 or 1)"),
+}
+
+
+@dataclass
+class Cell:
+    """One family at one point of the grid, while the search goes on."""
+
+    place: tuple[int, int]
+    problem: Problem
+    zeros: Floats
+    fresh: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.fresh = self.zeros
+
+    def search(self, starts: Floats) -> int:
+        """Search from more starts; return the number of steps simulated."""
+        known = len(self.zeros)
+        self.zeros, steps = self.problem.zeros(starts, self.zeros)
+        self.fresh = self.zeros[known:]
+        return steps
+
+
+def _parallel(work: Callable[[T], R], items: Iterable[T], workers: int, tick: Callable[[int], None]) -> list[R]:
+    """Map over threads: the kernel runs without Python's lock."""
+    results = []
+    with ThreadPoolExecutor(workers) as pool:
+        for result in pool.map(work, items):
+            results.append(result)
+            tick(1)
+    return results
+
+
+def _neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
+    row, column = place
+    return [(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]
+
+
+def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
+    """Continue solutions from cell to cell until nothing new turns up; return the number of steps simulated."""
+    steps = 0
+    while True:
+        tasks = []
+        for place, cell in cells.items():
+            around = [cells[n].fresh for n in _neighbours(place) if n in cells]
+            starts = np.vstack([np.zeros((0, cell.problem.size)), *around])
+            if len(starts):
+                tasks.append((cell, starts))
+        for cell in cells.values():
+            cell.fresh = cell.zeros[:0]
+        if not tasks:
+            return steps
+        steps += sum(_parallel(lambda task: task[0].search(task[1]), tasks, workers, lambda _: None))
+
+
+def _checked_grid(name: str, values: Sequence[float]) -> tuple[float, ...]:
+    grid = tuple(float(value) for value in values)
+    if not grid or len(set(grid)) < len(grid) or list(grid) != sorted(grid):
+        raise ValueError(f"{name} = {values!r}: must be one or more rising numbers")
+    return grid
+
+
+def find_all(
+    animal: Animal,
+    slopes_deg: Sequence[float],
+    headings: Sequence[float],
+    *,
+    actuation: ArrayLike | None = None,
+    starts: int = STARTS,
+    workers: int | None = None,
+    progress: bool = False,
+) -> tuple[dict[tuple[int, int], tuple[Gait, ...]], dict[str, int]]:
+    """Find all gaits on a grid, by searching in every cell and continuing what is found to the neighbours.
+
+    Returns
+    -------
+    gaits, effort
+        Gaits by (slope index, heading index), numbered; and counts of starts, steps simulated and rejections.
+    """
+    workers = workers or os.cpu_count() or 1
+    places = [(row, column) for row in range(len(slopes_deg)) for column in range(len(headings))]
+    effort = {"starts": 0, "steps": 0, "rejected": 0}
+    found: dict[tuple[int, int], list[Gait]] = {place: [] for place in places}
+    total = 2 * len(places) * len(animal.families)
+    with progress_bar("searching for gaits", total, show=progress) as tick:
+        for family in animal.families:
+            cells = {
+                place: Cell(
+                    place,
+                    Problem(animal, np.radians(slopes_deg[place[0]]), headings[place[1]], family, actuation),
+                    np.zeros((0, 0)),
+                )
+                for place in places
+            }
+            for cell in cells.values():
+                cell.zeros = np.zeros((0, cell.problem.size))
+            effort["starts"] += starts * len(cells)
+            points = _parallel(lambda c: c.search(c.problem.starts(starts)), cells.values(), workers, tick)
+            effort["steps"] += sum(points) + _spread(cells, workers)
+            for cell, (gaits, rejections) in zip(
+                cells.values(),
+                _parallel(lambda c: c.problem.sort(c.zeros), cells.values(), workers, tick),
+                strict=True,
+            ):
+                found[cell.place] += gaits
+                effort["rejected"] += len(rejections)
+    return {place: number_branches(gaits) for place, gaits in found.items()}, effort
+
+
+def measured(gait: Gait, impulses: Sequence[float]) -> dict[str, Any]:
+    """Return all of a gait's measures under the names that they have in an atlas."""
+    high, low = gait.net_force
+    recoveries = [gait.recover(impulse) for impulse in impulses]
+    return {
+        "family": gait.family,
+        "speed": gait.speed,
+        "phase": gait.phase,
+        "actuation": gait.actuation,
+        "liftoff": gait.liftoff,
+        "reduced_eigenvalue": gait.reduced_eigenvalue,
+        "max_multiplier": abs(gait.multipliers[0]),
+        "transport_cost": gait.transport_cost,
+        "peak_force": gait.peak_force,
+        "net_force_max": high,
+        "net_force_min": low,
+        "residual": gait.residual,
+        "recovery_steps": [np.nan if r.steps is None else r.steps for r in recoveries],
+        "recovered": [float(r.recovered) for r in recoveries],
+    }
+
+
+def atlas(
+    animal: Animal,
+    *,
+    slopes_deg: Sequence[float] = SLOPES_DEG,
+    headings: Sequence[float] = HEADINGS,
+    actuation: ArrayLike | None = None,
+    impulses: Sequence[float] = IMPULSES,
+    starts: int = STARTS,
+    workers: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Map all gaits of an animal over slope and heading.
+
+    Parameters
+    ----------
+    animal
+        The animal.
+    slopes_deg, headings
+        The grid, rising: degrees, rad; by default the thesis's.
+    actuation
+        Magnitudes for each pair of legs, m; by default the animal's.
+    impulses
+        Sideways impulses to recover from, in units of m v_des; none: no recovery.
+    starts
+        Starts of the search for each family in each cell.
+    workers
+        Threads; by default one a core.
+    progress
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over slope_deg, heading, branch, leg, axis and impulse; missing where there is no gait.
+
+    Raises
+    ------
+    ValueError
+        For a grid that does not rise, or an angle out of range.
+    """
+    slopes_deg, headings = _checked_grid("slopes_deg", slopes_deg), _checked_grid("headings", headings)
+    impulses = _checked_grid("impulses", impulses) if len(impulses) else ()
+    found, effort = find_all(
+        animal, slopes_deg, headings, actuation=actuation, starts=starts, workers=workers, progress=progress
+    )
+    gaits = [(place, gait) for place, here in found.items() for gait in here]
+    with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
+        count = workers or os.cpu_count() or 1
+        values = _parallel(lambda item: measured(item[1], impulses), gaits, count, tick)
+    branches = 1 + max((gait.branch for _, gait in gaits), default=0)
+    coords = {
+        "slope_deg": ("slope_deg", list(slopes_deg), {"units": "degrees", "long_name": "slope"}),
+        "heading": ("heading", list(headings), {"units": "rad", "long_name": "initial heading"}),
+        "branch": ("branch", np.arange(branches), {"long_name": "branch, by the phase of the hindmost legs"}),
+        "leg": ("leg", list(animal.pairs), {"long_name": "pair of legs"}),
+        "axis": ("axis", ["lateral", "fore_aft"], {"long_name": "direction of a force"}),
+        "impulse": ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"}),
+    }
+    dataset = xr.Dataset(_empty(coords), coords=coords, attrs=_provenance(animal, effort))
+    for ((row, column), gait), value in zip(gaits, values, strict=True):
+        for name, number in value.items():
+            dataset[name].values[row, column, gait.branch] = number
+    return dataset
+
+
+DIMENSIONS = {
+    "phase": ("leg",),
+    "actuation": ("leg",),
+    "liftoff": ("leg",),
+    "peak_force": ("leg", "axis"),
+    "net_force_max": ("axis",),
+    "net_force_min": ("axis",),
+    "recovery_steps": ("impulse",),
+    "recovered": ("impulse",),
+}
+
+
+def _empty(coords: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
+    """Return the atlas's variables, all missing."""
+    variables = {}
+    for name, (units, long_name) in LONG_NAMES.items():
+        dims = ("slope_deg", "heading", "branch", *DIMENSIONS.get(name, ()))
+        shape = [len(coords[dim][1]) for dim in dims]
+        values = np.full(shape, "", dtype=object) if name == "family" else np.full(shape, np.nan)
+        attributes = {"long_name": long_name} | ({"units": units} if units else {})
+        variables[name] = (dims, values, attributes)
+    return variables
+
+
+def _provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
+    return {
+        "title": f"Gaits of {animal.name} over slope and heading",
+        "animal": animal.name,
+        "parameters": json.dumps(animal.model_dump(mode="json")),
+        "source": f"legspring {legspring.__version__}",
+        "references": CITATION,
+        "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
+        "search": f"{effort['starts']} starts, {effort['steps']} steps, {effort['rejected']} solutions rejected",
+    }
+
+
+def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
+    """Save a dataset as netCDF: the whole file appears, or nothing.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    target = Path(path)
+    handle, temporary = tempfile.mkstemp(suffix=".nc", dir=target.parent or ".")
+    os.close(handle)
+    try:
+        dataset.to_netcdf(temporary, engine="netcdf4")
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, target)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
