@@ -113,7 +113,7 @@ class Gait:
 
     def _liftoff(self, leg: int) -> tuple[float, float]:
         """Time of the lift-off of a leg put down at time 0, and the rate of its gap then."""
-        for time, which, kind, _, rate in self.tape.events[: self.tape.count[1]]:
+        for time, which, kind, _, rate in self.tape.events[: self.tape.counts[1]]:
             if which == leg and kind == LIFTOFF and 0.0 < time < 2.0:
                 return float(time), float(rate)
         return math.nan, math.nan
@@ -122,13 +122,13 @@ class Gait:
     def events(self) -> tuple[str, ...]:
         """Sequence of touch-downs and lift-offs in a stride, as in ``("BR lift-off", "MR lift-off", ...)``."""
         names = [leg.name for leg in self.animal.legs]
-        rows = self.tape.events[: self.tape.count[1]]
+        rows = self.tape.events[: self.tape.counts[1]]
         return tuple(f"{names[int(row[1])]} {'lift-off' if row[2] == LIFTOFF else 'touch-down'}" for row in rows)
 
     @property
     def grazing(self) -> float:
         """Smallest rate at which a leg passes through zero force at lift-off, m/s; small: derivatives are doubtful."""
-        rows = self.tape.events[: self.tape.count[1]]
+        rows = self.tape.events[: self.tape.counts[1]]
         rates = np.abs(rows[rows[:, 2] == LIFTOFF, 4])
         return float(rates.min() / self.setting.step_duration) if len(rates) else math.nan
 
@@ -143,10 +143,10 @@ class Gait:
                 return Invalid.WRONG_SIGN, name
             if peak_magnitude(self.setting, self.tape, leg) < IDLE:
                 return Invalid.IDLE, name
-        for leg in np.flatnonzero(self.setting.offset == 1.0):
-            left_down = self.liftoff[self.setting.pair[leg]] > 1.0
-            if left_down != bool(self.tape.down[0, leg]):
-                return Invalid.OLD_LEGS, self.animal.legs[leg].name
+        for old, leg in enumerate(self.animal.legs):
+            left_down = self.liftoff[self.setting.pair[old]] > 1.0
+            if leg.offset == 1.0 and left_down != bool(self.tape.down[0, old]):
+                return Invalid.OLD_LEGS, leg.name
         return None
 
     @cached_property

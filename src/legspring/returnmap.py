@@ -211,4 +211,3 @@ def reduced_map(
     if setting.rows == 6:
         image = np.vstack([image, y[YAW], y[YAW_RATE]])
     return image[:, 0], image[:, 1:]
-

@@ -155,7 +155,14 @@ class Setting:
         scale = self.step_duration**2 / self.animal.body.mass
         return np.array(
             [
-                (*leg.hip, leg.stiffness * scale, leg.length, side * self.actuation[pair], angles[pair], leg.angle)
+                (
+                    *leg.hip,
+                    leg.stiffness * scale,
+                    leg.length,
+                    side * self.actuation[pair],
+                    angles[pair],
+                    leg.angle,
+                )
                 for leg, pair, side in zip(self.animal.legs, self.animal.pair_of, self.side, strict=True)
             ]
         )

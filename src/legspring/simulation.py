@@ -22,7 +22,7 @@ SAMPLES = 100
 
 def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
     """Return the states at some times, ``(T, n)``, in the kernel's units, and the recorded step of each."""
-    count = int(tape.count[0])
+    count = int(tape.counts[0])
     index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
     out = np.zeros((len(times), *tape.y.shape[1:]))
     for row, (n, time) in enumerate(zip(index, times, strict=True)):
@@ -100,13 +100,19 @@ def _legs(
     }
 
 
-def _events(setting: Setting, tape: Tape) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
-    rows = tape.events[: int(tape.count[1])]
+def _events(
+    setting: Setting, tape: Tape
+) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
+    rows = tape.events[: int(tape.counts[1])]
     names = np.array([leg.name for leg in setting.animal.legs])
     kinds = np.where(rows[:, 2] == LIFTOFF, "lift-off", "touch-down")
     states = tape.y[rows[:, 3].astype(int), :2, 0]
     return {
-        "event_time": ("event", rows[:, 0] * setting.step_duration, _about("s", "time of a touch-down or lift-off")),
+        "event_time": (
+            "event",
+            rows[:, 0] * setting.step_duration,
+            _about("s", "time of a touch-down or lift-off"),
+        ),
         "event_leg": ("event", names[rows[:, 1].astype(int)], {"long_name": "whose event it is"}),
         "event_kind": ("event", kinds, {"long_name": "touch-down or lift-off"}),
         "event_position": (("event", "axis"), states, _about("m", "centre of mass then")),

@@ -54,6 +54,7 @@ class Rejection:
     solution: Gait
 
     def __str__(self) -> str:
+        """One line."""
         phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in self.solution.phase)
         return f"family {self.solution.family}, phases {phases} deg: {self.reason} ({self.leg})"
 
@@ -249,7 +250,7 @@ def hindmost(animal: Animal) -> int:
 
 
 def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
-    """Number the gaits of one animal, slope and heading, by the phase of the hindmost legs, most negative first."""
+    """Give the gaits of one animal, slope and heading their branch, by the phase of the hindmost legs, most negative first."""
     if not gaits:
         return ()
     pair = hindmost(gaits[0].animal)

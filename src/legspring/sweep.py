@@ -5,7 +5,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -58,10 +58,13 @@ class Cell:
     place: tuple[int, int]
     problem: Problem
     zeros: Floats
-    fresh: Floats = field(init=False)
+    fresh: Floats
 
-    def __post_init__(self) -> None:
-        self.fresh = self.zeros
+    @classmethod
+    def empty(cls, place: tuple[int, int], problem: Problem) -> "Cell":
+        """Return a cell of which nothing is known yet."""
+        nothing = np.zeros((0, problem.size))
+        return cls(place, problem, nothing, nothing)
 
     def search(self, starts: Floats) -> int:
         """Search from more starts; return the number of steps simulated."""
@@ -135,15 +138,11 @@ def find_all(
     with progress_bar("searching for gaits", total, show=progress) as tick:
         for family in animal.families:
             cells = {
-                place: Cell(
-                    place,
-                    Problem(animal, np.radians(slopes_deg[place[0]]), headings[place[1]], family, actuation),
-                    np.zeros((0, 0)),
+                (row, column): Cell.empty(
+                    (row, column), Problem(animal, np.radians(slopes_deg[row]), headings[column], family, actuation)
                 )
-                for place in places
+                for row, column in places
             }
-            for cell in cells.values():
-                cell.zeros = np.zeros((0, cell.problem.size))
             effort["starts"] += starts * len(cells)
             points = _parallel(lambda c: c.search(c.problem.starts(starts)), cells.values(), workers, tick)
             effort["steps"] += sum(points) + _spread(cells, workers)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from legspring.kernel.run import run
-from legspring.kernel.walker import LIFTOFF, OK, Tape, Walker
+from legspring.kernel.walker import LIFTOFF, Tape, Walker
 from legspring.model import cockroach
-from legspring.setting import ACCURACY, TIGHT, Setting
+from legspring.setting import TIGHT, Setting
 from tests.oracle.problem import Array, Direction, Event, Problem
 
 ROOM = 4000
@@ -31,7 +31,7 @@ class Walk:
 
     def index(self, time: float) -> int:
         """Number of integrator steps before a time, in step durations, at which one of them ends."""
-        (where,) = np.flatnonzero(self.tape.time[: self.tape.count[0] + 1] == time)
+        (where,) = np.flatnonzero(self.tape.time[: self.tape.counts[0] + 1] == time)
         return int(where)
 
     def jet(self, time: float) -> Array:
@@ -47,8 +47,8 @@ class Walk:
         """In order of time, without those at the very end."""
         tape, t_des = self.tape, self.problem.t_des
         events = []
-        for time, leg, kind, step, rate in tape.events[: tape.count[1]]:
-            if step < tape.count[0]:
+        for time, leg, kind, step, rate in tape.events[: tape.counts[1]]:
+            if step < tape.counts[0]:
                 state = self._padded(tape.y[int(step)])[:, 0] * self.units
                 foot = tape.stance[int(step), int(leg), :2, 0]
                 name = "liftoff" if kind == LIFTOFF else "touchdown"

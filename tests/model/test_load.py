@@ -42,8 +42,7 @@ def test_presets_are_listed_and_load_under_their_own_names() -> None:
 
 def test_a_file_like_a_preset(file: Path) -> None:
     file.write_text(
-        'like = "cockroach"\nmass = 3e-3\nangle_deg = [30, -60, 130]\n'
-        "[speed_law]\nlevel = 0.3\nvertical = 0.2\n"
+        'like = "cockroach"\nmass = 3e-3\nangle_deg = [30, -60, 130]\n[speed_law]\nlevel = 0.3\nvertical = 0.2\n'
     )
     expected = cockroach().replace(
         name="mine", mass=3e-3, angle_deg=[30, -60, 130], speed_law={"level": 0.3, "vertical": 0.2}
@@ -89,9 +88,7 @@ def test_a_file_that_is_no_text(file: Path) -> None:
 def test_what_is_not_there(file: Path) -> None:
     with pytest.raises(ModelError, match=r"mine\.toml: No such file"):
         load_animal(file)
-    with pytest.raises(
-        ModelError, match=r"^no animal 'roach': should be a preset \(cockroach\) or a TOML file$"
-    ):
+    with pytest.raises(ModelError, match=r"^no animal 'roach': should be a preset \(cockroach\) or a TOML file$"):
         load_animal("roach")
     with pytest.raises(ModelError, match="Is a directory"):
         load_animal(file.parent)

@@ -135,9 +135,7 @@ class _Walk:
     def run(self, steps: int) -> Run:
         """Walk from the start."""
         problem, real = self.problem, self.integrator.real
-        old = [
-            leg for leg in range(problem.n_legs) if problem.offset[leg] == 1 and problem.old_leg_is_down(leg)
-        ]
+        old = [leg for leg in range(problem.n_legs) if problem.offset[leg] == 1 and problem.old_leg_is_down(leg)]
         for leg in old:
             self._put_down(leg, problem.before)
         states = np.empty((steps + 1, 6), dtype=real)
@@ -149,9 +147,7 @@ class _Walk:
                 self.age[leg] = since % 2
                 if since >= 0 and since % 2 == 0:
                     self._put_down(leg, states[step])
-                    event = Event(
-                        step * problem.t_des, leg, "touchdown", states[step].copy(), self.feet[leg].copy()
-                    )
+                    event = Event(step * problem.t_des, leg, "touchdown", states[step].copy(), self.feet[leg].copy())
                     self.events.append(event)
             self.legs[:, 3] = np.asarray(problem.phase) + self.age * self.pi
             states[step + 1] = self._step(step, states[step], work[:, step])

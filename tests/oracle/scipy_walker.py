@@ -53,9 +53,7 @@ def simulate(
     events: list[Event] = []
     for step in range(steps):
         begin, end = step * t_des, (step + 1) * t_des
-        fresh = [
-            leg for leg in range(n) if step >= problem.offset[leg] and (step - problem.offset[leg]) % 2 == 0
-        ]
+        fresh = [leg for leg in range(n) if step >= problem.offset[leg] and (step - problem.offset[leg]) % 2 == 0]
         for leg in fresh:
             foot = problem.foot(leg, state)
             stance[leg] = begin, foot

@@ -31,7 +31,7 @@ def combine(y: Floats, h: float, weights: Floats, j: int, n: int, k: Floats, out
 
 @formula
 def combine_tangents(y: Floats, h: float, weights: Floats, j: int, n: int, k: Floats, out: Floats) -> None:
-    """The same for the derivatives' columns: along them last, for the sake of vector instructions."""
+    """Do the same for the derivatives' columns: along them last, for the sake of vector instructions."""
     rows, width = y.shape
     for row in range(rows):
         for d in range(1, width):

@@ -12,22 +12,23 @@ import numba
 P = ParamSpec("P")
 R = TypeVar("R")
 
-OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+njit: Any = numba.njit  # its types leave out some of its options
 
 
 def driver(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function that makes arrays and hands them down."""
-    compiled: Callable[P, R] = numba.njit(cache=True, **OPTIONS)(function)
+    compiled: Callable[P, R] = njit(cache=True, **OPTIONS)(function)
     return compiled
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function that only works on arrays that it is given."""
-    compiled: Callable[P, R] = numba.njit(cache=True, _nrt=False, **OPTIONS)(function)
+    compiled: Callable[P, R] = njit(cache=True, _nrt=False, **OPTIONS)(function)
     return compiled
 
 
 def formula(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function that only works on what it is given into its callers, where it costs no call."""
-    compiled: Callable[P, R] = numba.njit(forceinline=True, _nrt=False, **OPTIONS)(function)
+    compiled: Callable[P, R] = njit(forceinline=True, _nrt=False, **OPTIONS)(function)
     return compiled

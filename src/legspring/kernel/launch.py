@@ -5,7 +5,22 @@ import math
 from legspring.kernel.jit import driver
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.stride import FIRST_STEP, put_down
-from legspring.kernel.walker import DOWN, NEXT_STEP, OFFSET, SIDE, SIGN, TIME, VX, VY, YAW, YAW_RATE, Floats, Walker, X, Y
+from legspring.kernel.walker import (
+    DOWN,
+    NEXT_STEP,
+    OFFSET,
+    SIDE,
+    SIGN,
+    TIME,
+    VX,
+    VY,
+    YAW,
+    YAW_RATE,
+    Floats,
+    Walker,
+    X,
+    Y,
+)
 
 # Rows of a start jet.
 SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE, TURN = 0, 1, 2, 3, 4, 5, 6

@@ -85,7 +85,7 @@ def leg_work(tape: Tape, first: float, last: float) -> Floats:
     """
     work = np.zeros((tape.down.shape[1], 2))
     y = np.zeros(tape.y.shape[1:])
-    for n in range(tape.count[0]):
+    for n in range(tape.counts[0]):
         if tape.time[n] >= first and tape.time[n + 1] <= last:
             span = step_span(tape, n)
             for i in range(work.shape[0]):
@@ -133,7 +133,7 @@ def largest_force(tape: Tape, i: int, axis: int, sign: float, first: float, last
     """
     y = np.zeros(tape.y.shape[1:])
     best, step, where = -math.inf, -1, 0.0
-    for n in range(tape.count[0]):
+    for n in range(tape.counts[0]):
         if tape.time[n] >= first and tape.time[n + 1] <= last and (i == ALL_LEGS or tape.down[n, i] != 0.0):
             for sample in range(SAMPLES + 1):
                 x = step_span(tape, n) * sample / SAMPLES

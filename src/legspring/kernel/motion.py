@@ -2,7 +2,7 @@
 
 import math
 
-from legspring.kernel.jit import formula, jit
+from legspring.kernel.jit import formula
 from legspring.kernel.length import length, length_partials, length_rates
 from legspring.kernel.walker import (
     DOWN,

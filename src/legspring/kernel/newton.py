@@ -43,7 +43,14 @@ SAME = 1e-5
 
 @driver
 def new_problem(
-    body: Floats, legs: Floats, side: Floats, offset: Floats, pair: Ints, heading: float, stride: float, rows: int
+    body: Floats,
+    legs: Floats,
+    side: Floats,
+    offset: Floats,
+    pair: Ints,
+    heading: float,
+    stride: float,
+    rows: int,
 ) -> tuple[Walker, Floats]:
     """Return a walker and a start whose directions are the unknowns of a gait.
 
@@ -147,9 +154,7 @@ def largest(r: Floats) -> float:
 
 
 @jit
-def damped_move(
-    jacobian: Floats, residual: Floats, damping: float, square: Floats, move: Floats
-) -> tuple[bool, float]:
+def damped_move(jacobian: Floats, residual: Floats, damping: float, square: Floats, move: Floats) -> tuple[bool, float]:
     """Solve (J^T J + damping 1) move = -J^T r, with more damping while the move is too long.
 
     Returns
@@ -241,7 +246,7 @@ def find_zero(
 
 @formula
 def wrap(angle: float) -> float:
-    """The same angle in (-pi, pi]."""
+    """Return the same angle in (-pi, pi]."""
     return angle - 2.0 * math.pi * math.ceil(angle / (2.0 * math.pi) - 0.5)
 
 

@@ -88,11 +88,11 @@ def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts
 @formula
 def record_event(tape: Tape, s: float, leg: int, kind: int, rate: float) -> None:
     """Note a touch-down or lift-off, if there is a tape and room on it."""
-    n = tape.count[1]
+    n = tape.counts[1]
     if n < tape.events.shape[0]:
         row = tape.events[n]
-        row[0], row[1], row[2], row[3], row[4] = s, leg, kind, tape.count[0], rate
-        tape.count[1] += 1
+        row[0], row[1], row[2], row[3], row[4] = s, leg, kind, tape.counts[0], rate
+        tape.counts[1] += 1
 
 
 @formula
@@ -179,7 +179,7 @@ def slide(y: Floats, shift: float, k: Floats, i: int, j: int, out: Floats) -> No
 @formula
 def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     """Note a step that is about to be accepted; False if the tape is full."""
-    n = tape.count[0]
+    n = tape.counts[0]
     if tape.size.size == 0:
         return True
     if n == tape.size.size:
@@ -189,7 +189,7 @@ def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     copy(w.stance, tape.stance[n])
     copy(w.contacts[:, DOWN], tape.down[n])
     interpolant(s, h, w, tape.dense[n])
-    tape.count[0] += 1
+    tape.counts[0] += 1
     return True
 
 
@@ -280,6 +280,6 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
             s = bound
     w.clock[TIME] = s
     if tape.size.size > 0:
-        tape.time[tape.count[0]] = s
-        copy(w.y, tape.y[tape.count[0]])
+        tape.time[tape.counts[0]] = s
+        copy(w.y, tape.y[tape.counts[0]])
     return OK

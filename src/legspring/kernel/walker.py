@@ -88,7 +88,7 @@ class Tape(NamedTuple):
 
     Attributes
     ----------
-    count
+    counts
         ``(2,)``: number of steps and of events.
     time, size
         ``(M + 1,)``, ``(M,)``: start and size of each step. A step that ends at an event may end a hair before or
@@ -103,7 +103,7 @@ class Tape(NamedTuple):
         ``(E, 5)``: time, leg, kind, step that it precedes, and, at lift-off, the rate of ``|r| - l``.
     """
 
-    count: Ints
+    counts: Ints
     time: Floats
     size: Floats
     y: Floats

@@ -290,8 +290,6 @@ def _check_families(families: Mapping[str, tuple[str, ...]], pairs: tuple[str, .
         raise ModelError("families are missing: should be one at least")
     for family, pushing in families.items():
         if not set(pushing) <= set(pairs) or len(set(pushing)) < len(pushing):
-            raise ModelError(
-                f"family {family!r} = {pushing}: should be distinct pairs out of {', '.join(pairs)}"
-            )
+            raise ModelError(f"family {family!r} = {pushing}: should be distinct pairs out of {', '.join(pairs)}")
     if len(set(map(frozenset, families.values()))) < len(families):
         raise ModelError(f"families = {families}: should differ in the pairs that push")

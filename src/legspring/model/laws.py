@@ -146,9 +146,7 @@ class StepLaw(Frozen):
             speed = min(speed, self.constant_above)
         frequency = intercept + gradient * speed
         if not frequency > 0:
-            raise ModelError(
-                f"stride frequency at {speed:g} m/s = {frequency:g} Hz: should be greater than 0"
-            )
+            raise ModelError(f"stride frequency at {speed:g} m/s = {frequency:g} Hz: should be greater than 0")
         return 1.0 / (2.0 * frequency)
 
     @cached_property
