@@ -143,10 +143,10 @@ class Gait:
                 return Invalid.WRONG_SIGN, name
             if peak_magnitude(self.setting, self.tape, leg) < IDLE:
                 return Invalid.IDLE, name
-        for old, leg in enumerate(self.animal.legs):
-            left_down = self.liftoff[self.setting.pair[old]] > 1.0
-            if leg.offset == 1.0 and left_down != bool(self.tape.down[0, old]):
-                return Invalid.OLD_LEGS, leg.name
+        for index, old in enumerate(self.animal.legs):
+            left_down = self.liftoff[self.setting.pair[index]] > 1.0
+            if old.offset == 1.0 and left_down != bool(self.tape.down[0, index]):
+                return Invalid.OLD_LEGS, old.name
         return None
 
     @cached_property

@@ -250,7 +250,7 @@ def hindmost(animal: Animal) -> int:
 
 
 def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
-    """Give the gaits of one animal, slope and heading their branch, by the phase of the hindmost legs, most negative first."""
+    """Give the gaits of one cell their branch, by the phase of the hindmost legs, most negative first."""
     if not gaits:
         return ()
     pair = hindmost(gaits[0].animal)

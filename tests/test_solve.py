@@ -1,0 +1,177 @@
+"""Gaits against the published ones, and against what is known of them."""
+
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from legspring import Animal, find_gaits, search_gaits
+from legspring.gait import Gait, Invalid
+from legspring.solve import Problem, hindmost, number_branches
+from tests.conftest import Cells, read_reference
+
+LEGS = {"front": 0, "middle": 1, "back": 2}
+
+
+def test_all_286_known_gaits_are_found(thesis_map: Cells) -> None:
+    first = Counter(gaits[0].family for gaits in thesis_map.values() if gaits)
+    pairs = Counter((gaits[0].family, gaits[1].family) for gaits in thesis_map.values() if len(gaits) > 1)
+    assert first == {"A": 10, "FB": 37, "MB": 10, "B": 129}
+    assert pairs == {("B", "B"): 67, ("FB", "FB"): 18, ("FB", "B"): 15}
+    assert {cell for cell, gaits in thesis_map.items() if not gaits} == {(0, 0), (35, 0.45), (40, 0.45), (45, 0.45)}
+    assert sum(len(gaits) for gaits in thesis_map.values()) == 286
+
+
+@pytest.mark.parametrize("row", read_reference("gaits.csv"), ids=lambda r: f"{r['slope_deg']}-{r['heading']}")
+def test_branch_0_is_the_published_gait(row: dict[str, str], thesis_map: Cells) -> None:
+    gait = thesis_map[float(row["slope_deg"]), float(row["heading"])][0]
+    assert gait.family == row["family"]
+    assert gait.speed == pytest.approx(float(row["v0"]), abs=1e-9)
+    assert np.degrees(gait.phase) == pytest.approx([float(row[f"phi_{leg}_deg"]) for leg in "FMB"], abs=1e-7)
+    assert gait.liftoff == pytest.approx([float(row[f"liftoff_{leg}"]) for leg in "FMB"], abs=1e-8)
+    assert gait.reduced_eigenvalue == pytest.approx(float(row["reduced_eigenvalue"]), abs=1e-7)
+    assert gait.transport_cost == pytest.approx(float(row["transport_cost"]), abs=1e-7)
+    # The published peaks are the largest of samples, so that ours lie a little further out.
+    peaks = [[float(row[f"{axis}_{leg}"]) for axis in ("lateral", "fore_aft")] for leg in "FMB"]
+    assert gait.peak_force == pytest.approx(np.array(peaks), abs=1e-4)
+    high, low = gait.net_force
+    assert high == pytest.approx([float(row["net_lateral_max"]), float(row["net_fore_aft_max"])], abs=1e-4)
+    assert low == pytest.approx([float(row["net_lateral_min"]), float(row["net_fore_aft_min"])], abs=1e-4)
+
+
+def test_published_tables_of_forces(thesis_map: Cells) -> None:
+    checked = 0
+    for row in read_reference("thesis_tables.csv"):
+        axis = 0 if row["direction"] == "lateral" else 1
+        peaks = [
+            gaits[0].peak_force[LEGS[row["leg"]], axis]
+            for (slope, heading), gaits in thesis_map.items()
+            if slope == float(row["slope_deg"]) and 0.05 <= heading <= 0.40
+        ]
+        for ours, published in ((min(peaks), row["model_min"]), (max(peaks), row["model_max"])):
+            assert abs(round(ours, 2) - float(published)) < 0.0101, row
+            checked += 1
+    assert checked == 84
+
+
+def test_every_gait_carries_its_evidence(thesis_map: Cells) -> None:
+    for gaits in thesis_map.values():
+        for gait in gaits:
+            assert gait.residual < 1e-10
+            assert gait.drift < 1e-7
+            assert gait.invalid() is None
+            # Three legs touch down and three lift off in every step.
+            assert Counter(event.split()[1] for event in gait.events) == {"lift-off": 6, "touch-down": 6}
+
+
+def test_published_branch_is_stable_and_worst_where_the_middle_leg_turns(thesis_map: Cells) -> None:
+    eigenvalues = {cell: gaits[0].reduced_eigenvalue for cell, gaits in thesis_map.items() if gaits}
+    worst = max(eigenvalues, key=lambda cell: eigenvalues[cell])
+    assert worst == (5, 0.20)
+    assert eigenvalues[worst] == pytest.approx(0.8732, abs=5e-5)
+    assert eigenvalues[0, 0.20] == pytest.approx(0.867, abs=5e-4)
+
+
+def test_family_b_costs_no_more_than_it_must(thesis_map: Cells) -> None:
+    for (slope, heading), gaits in thesis_map.items():
+        if gaits and gaits[0].family == "B":
+            least = 1.000433 if (slope, heading) == (90, 0.45) else math.sin(math.radians(slope))
+            assert gaits[0].transport_cost == pytest.approx(least, abs=1e-6 if least > 1 else 1e-8)
+
+
+def test_second_branch_is_often_the_more_stable(thesis_map: Cells) -> None:
+    both = [gaits for gaits in thesis_map.values() if len(gaits) == 2]
+    assert sum(second.reduced_eigenvalue < first.reduced_eigenvalue for first, second in both) == 96
+    assert sum(second.transport_cost < first.transport_cost - 1e-6 for first, second in both) == 34
+    first, second = thesis_map[0, 0.40]
+    assert (first.reduced_eigenvalue, first.transport_cost) == pytest.approx((0.572, 1.067), abs=5e-4)
+    assert (second.reduced_eigenvalue, second.transport_cost) == pytest.approx((0.336, 0.685), abs=5e-4)
+
+
+def test_one_cell_alone_gives_what_the_map_gives(roach: Animal, thesis_map: Cells) -> None:
+    for slope, heading in ((0, 0.40), (20, 0.35), (45, 0.15), (40, 0.45)):
+        gaits = find_gaits(roach, slope_deg=slope, heading=heading)
+        known = thesis_map[slope, heading]
+        assert [(g.family, g.branch) for g in gaits] == [(g.family, g.branch) for g in known]
+        for gait, other in zip(gaits, known, strict=True):
+            assert gait.phase == pytest.approx(other.phase, abs=1e-9)
+
+
+def test_narrowing_keeps_the_branch_numbers(roach: Animal, thesis_map: Cells) -> None:
+    cell = next(cell for cell, gaits in thesis_map.items() if [g.family for g in gaits] == ["FB", "B"])
+    (only,) = find_gaits(roach, slope_deg=cell[0], heading=cell[1], family="B")
+    assert (only.family, only.branch) == ("B", 1)
+
+
+def test_gaits_downhill(roach: Animal) -> None:
+    gaits = find_gaits(roach, slope_deg=-10, heading=0.15)
+    assert gaits
+    for gait in gaits:
+        # Gravity does work here: the legs take up what it gives.
+        assert np.sum(gait.work) == pytest.approx(math.sin(math.radians(-10)), abs=2e-9)
+
+
+def test_rejections_have_names(roach: Animal) -> None:
+    search = search_gaits(roach, slope_deg=0, heading=0.10)
+    assert {rejection.reason for rejection in search.rejections} <= set(Invalid)
+    assert search.rejections
+    for rejection in search.rejections:
+        assert rejection.solution.residual < 1e-10
+        assert rejection.solution.invalid() == (rejection.reason, rejection.leg)
+        assert str(rejection.reason) in str(rejection)
+    assert search.steps > search.starts > 0
+
+
+def changed(gait: Gait, **changes: object) -> Gait:
+    return Gait(**{name: getattr(gait, name) for name in gait.__dataclass_fields__} | changes)  # type: ignore[arg-type]
+
+
+def test_validity_tells_what_is_wrong(thesis_map: Cells) -> None:
+    gait = thesis_map[45, 0.15][0]
+    front, middle, back = gait.phase
+    assert changed(gait, phase=(front + math.pi, middle, back)).invalid() == (Invalid.WRONG_SIGN, "FL")
+    weak = changed(gait, actuation=(0.016, 0.00002, 0.0095), phase=(front, 1.5, back)).invalid()
+    assert weak is not None
+    assert weak[1] == "MR"
+
+
+def test_phases_of_gaits_lie_in_the_box_searched(roach: Animal, thesis_map: Cells) -> None:
+    for (slope, heading), gaits in thesis_map.items():
+        for gait in gaits:
+            problem = Problem(roach, math.radians(slope), heading, gait.family, None)
+            assert np.all(np.abs(gait.phase) <= problem.phase_range())
+
+
+def test_hindmost_legs_and_branches(roach: Animal, thesis_map: Cells) -> None:
+    assert roach.pairs[hindmost(roach)] == "B"
+    first, second = thesis_map[45, 0.15]
+    assert [g.phase for g in number_branches([second, first])] == [first.phase, second.phase]
+    assert number_branches([]) == ()
+
+
+def test_actuation_changes_the_gait(roach: Animal) -> None:
+    (gait, *_) = find_gaits(roach, slope_deg=45, heading=0.15, family="B", actuation=(0.012, 0.013, 0.0095))
+    assert gait.actuation == (0.012, 0.013, 0.0095)
+    replaced = find_gaits(roach.replace(actuation=(0.012, 0.013, 0.0095)), slope_deg=45, heading=0.15, family="B")
+    assert gait.phase == pytest.approx(replaced[0].phase, abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"heading": 0.1}, "slope"),
+        ({"heading": 0.1, "slope": 0.1, "slope_deg": 5}, "slope"),
+        ({"heading": 2.0, "slope_deg": 5}, "heading = 2.0"),
+        ({"heading": math.nan, "slope_deg": 5}, "heading = nan"),
+        ({"heading": 0.1, "slope_deg": 95}, "slope_deg = 95"),
+        ({"heading": 0.1, "slope_deg": 5, "family": "X"}, "X"),
+        ({"heading": 0.1, "slope_deg": 5, "actuation": (0.01, 0.01)}, "actuation"),
+        ({"heading": 0.1, "slope_deg": 5, "actuation": 0.03}, "actuation"),
+        ({"heading": 0.1, "slope_deg": 5, "starts": 0}, "starts = 0"),
+    ],
+)
+def test_bad_input_is_named(roach: Animal, arguments: dict[str, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message) as caught:
+        search_gaits(roach, **arguments)  # type: ignore[arg-type]
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,79 @@
+"""Maps over slope and heading as datasets."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import legspring as ls
+from legspring.sweep import LONG_NAMES, atlas, save
+from tests.conftest import Cells
+
+
+@pytest.fixture(scope="module")
+def small(roach: ls.Animal) -> xr.Dataset:
+    return ls.atlas(roach, slopes_deg=[35, 40, 45], headings=[0.4, 0.45], impulses=[-0.5, 0.5])
+
+
+def test_schema(small: xr.Dataset) -> None:
+    assert set(small.data_vars) == set(LONG_NAMES)
+    assert dict(small.sizes) == {"slope_deg": 3, "heading": 2, "branch": 2, "leg": 3, "axis": 2, "impulse": 2}
+    assert list(small.leg.values) == ["F", "M", "B"]
+    for variable in small.data_vars.values():
+        assert variable.attrs["long_name"]
+    assert small.speed.attrs["units"] == "m/s"
+    assert "Peterson" in small.attrs["references"]
+    assert small.attrs["source"] == f"legspring {ls.__version__}"
+    assert ls.Animal(**json.loads(small.attrs["parameters"])) == ls.cockroach()
+
+
+def test_values_are_those_of_the_gaits(small: xr.Dataset, thesis_map: Cells) -> None:
+    for gait in thesis_map[35, 0.4]:
+        cell = small.sel(slope_deg=35, heading=0.4, branch=gait.branch)
+        assert cell.family.item() == gait.family
+        assert cell.speed.item() == pytest.approx(gait.speed, abs=1e-10)
+        assert cell.phase.values == pytest.approx(gait.phase, abs=1e-9)
+        assert cell.max_multiplier.item() == pytest.approx(abs(gait.multipliers[0]), abs=1e-8)
+        assert cell.peak_force.sel(leg="M", axis="fore_aft").item() == pytest.approx(gait.peak_force[1, 1], abs=1e-9)
+        assert cell.recovery_steps.sel(impulse=0.5).item() == gait.recover(0.5).steps
+        assert cell.recovered.sel(impulse=0.5).item() == 1.0
+
+
+def test_missing_where_there_is_no_gait(small: xr.Dataset) -> None:
+    empty = small.sel(heading=0.45)
+    assert np.all(empty.family.values == "")
+    assert all(np.all(np.isnan(v.values)) for name, v in empty.data_vars.items() if name != "family")
+
+
+def test_file_holds_the_dataset(small: xr.Dataset, tmp_path: Path) -> None:
+    save(small, tmp_path / "atlas.nc")
+    with xr.open_dataset(tmp_path / "atlas.nc") as loaded:
+        xr.testing.assert_equal(loaded.load().drop_vars("family"), small.drop_vars("family"))
+        assert loaded.family.values.tolist() == small.family.values.tolist()
+        assert loaded.attrs == small.attrs
+    assert [path.name for path in tmp_path.iterdir()] == ["atlas.nc"]
+
+
+def test_a_failed_save_leaves_nothing_behind(small: xr.Dataset, tmp_path: Path) -> None:
+    good = tmp_path / "atlas.nc"
+    good.write_text("what was there")
+    bad = small.assign(broken=("x", np.array([object()])))
+    with pytest.raises((TypeError, ValueError)):
+        save(bad, good)
+    assert good.read_text() == "what was there"
+    assert [path.name for path in tmp_path.iterdir()] == ["atlas.nc"]
+
+
+def test_threads_do_not_change_the_result(roach: ls.Animal) -> None:
+    one, two = (
+        atlas(roach, slopes_deg=[0, 5], headings=[0.2, 0.25], impulses=(), workers=workers) for workers in (1, 2)
+    )
+    xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
+
+
+@pytest.mark.parametrize("arguments", [{"slopes_deg": [5, 0]}, {"headings": []}, {"impulses": [0.1, 0.1]}])
+def test_grids_must_rise(roach: ls.Animal, arguments: dict[str, list[float]]) -> None:
+    with pytest.raises(ValueError, match=next(iter(arguments))):
+        ls.atlas(roach, **arguments)  # type: ignore[arg-type]
