@@ -133,7 +133,7 @@ def flow(
         setting.side,
         setting.offset,
         push,
-        np.column_stack([values, derivatives]),
+        np.ascontiguousarray(np.column_stack([values, derivatives])),
         setting.rows,
         float(steps),
         setting.error_scale(accuracy),

@@ -34,7 +34,8 @@ SLACK = 0.15
 ROUGH_ACCURACY, ROUGH_GOAL = 1e-9, 1e-8
 GOAL = 1e-12
 MOST_ITERATIONS = 40
-MOST_ZEROS = 64
+SAME = 1e-5
+"""Difference of unknowns below which two solutions are one."""
 
 
 @dataclass(frozen=True)
@@ -163,52 +164,40 @@ class Problem:
         zeros, steps
             ``(n, size)``: the solutions, the known ones first; and the number of steps simulated.
         """
-        found = np.zeros((MOST_ZEROS, self.size))
-        count = 0 if known is None else len(known)
-        if known is not None:
-            found[:count] = known
-        setting = self.setting
-        count, steps = newton.find_zeros(
-            self._walker,
-            self._start,
-            setting.pair,
-            setting.step_length,
-            np.ascontiguousarray(starts, dtype=float),
-            setting.error_scale(ROUGH_ACCURACY),
-            ROUGH_GOAL,
-            MOST_ITERATIONS,
-            found,
-            count,
-        )
-        return found[:count].copy(), steps
+        zeros = np.zeros((0, self.size)) if known is None else known
+        solutions, _, endings, steps = self._solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
+        for z in solutions[endings == newton.CONVERGED]:
+            if not np.any(np.all(np.abs(self._wrapped(z - zeros)) < SAME, axis=1)):
+                zeros = np.vstack([zeros, z])
+        return zeros, steps
 
-    def refine(self, z: Floats, accuracy: float) -> tuple[Floats, float, int]:
-        """Solve from nearby to the last digits.
-
-        Returns
-        -------
-        solution, residual, ending
-        """
-        z = np.array(z, dtype=float)
+    def _solve(self, starts: Floats, accuracy: float, goal: float) -> tuple[Floats, Floats, NDArray[np.int64], int]:
+        """Search from each start; return solutions, residuals, endings and the number of steps simulated."""
+        z = np.array(starts, dtype=float, ndmin=2)
         setting = self.setting
-        ending, residual, _ = newton.find_zero(
+        endings, residuals, steps = newton.find_zeros(
             self._walker,
             self._start,
             setting.pair,
             setting.step_length,
             z,
             setting.error_scale(accuracy),
-            GOAL,
+            goal,
             MOST_ITERATIONS,
         )
-        pairs = slice(1, 1 + len(setting.animal.pairs))
-        z[pairs] = -((-z[pairs] + math.pi) % (2.0 * math.pi) - math.pi)
-        return z, residual, ending
+        return self._wrapped(z), residuals, endings, steps
+
+    def _wrapped(self, z: Floats) -> Floats:
+        """Return the same unknowns with phases in (-pi, pi]."""
+        phases = slice(1, 1 + len(self.setting.animal.pairs))
+        z = z.copy()
+        z[..., phases] = math.pi - (math.pi - z[..., phases]) % (2.0 * math.pi)
+        return z
 
     def gait(self, z: Floats) -> Gait | None:
         """Return the solution near z as a gait, valid or not; None if there is none after all."""
-        rough, _, _ = self.refine(z, ACCURACY)
-        fine, residual, _ = self.refine(rough, TIGHT)
+        rough = self._solve(z, ACCURACY, GOAL)[0][0]
+        (fine,), (residual,), _, _ = self._solve(rough, TIGHT, GOAL)
         # The last digits may not be had; what counts is that the conditions are met.
         if not residual < 100.0 * GOAL:
             return None
@@ -223,7 +212,7 @@ class Problem:
             phase=tuple(float(angle) for angle in fine[1 : n + 1]),
             actuation=setting.actuation,
             residual=float(residual),
-            drift=float(np.max(np.abs(fine - rough))),
+            drift=float(np.max(np.abs(self._wrapped(fine - rough)))),
             yaw=yaw,
             yaw_rate=yaw_rate / setting.step_duration,
         )

@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from legspring.kernel.run import run
-from legspring.kernel.walker import LIFTOFF, OK, Tape, Walker
+from legspring.kernel.walker import LIFTOFF, OK, TOUCHDOWN, Tape, Walker
 from legspring.model import cockroach
 from legspring.setting import TIGHT, Setting
 from tests.oracle.problem import Array, Direction, Event, Problem, Run, random_problem
 
-ROOM = 4000
+KINDS: dict[float, Literal["touchdown", "liftoff"]] = {TOUCHDOWN: "touchdown", LIFTOFF: "liftoff"}
 NO_PUSH = np.zeros((0, 3))
 
 
@@ -48,12 +49,11 @@ class Walk:
     def events(self) -> list[Event]:
         """In order of time, after the start and before the end."""
         tape, events = self.tape, []
+        t_des = self.problem.t_des
         for time, leg, kind, step, rate in tape.events[: tape.counts[1]]:
             if step < tape.counts[0]:
-                name = "liftoff" if kind == LIFTOFF else "touchdown"
                 state, foot = self.si(tape.y[int(step)])[:, 0], tape.stance[int(step), int(leg), :2, 0]
-                t_des = self.problem.t_des
-                events.append(Event(time * t_des, int(leg), name, state, foot, rate / t_des))
+                events.append(Event(time * t_des, int(leg), KINDS[kind], state, foot, rate / t_des))
         return events
 
     @property
@@ -70,33 +70,32 @@ def simulate(
     push: Array = NO_PUSH,
 ) -> Walk:
     """Walk until a time, in step durations, with derivatives along directions."""
-    walk = attempt(problem, end, directions, accuracy, push)
+    walk = attempt(problem, jets(problem, directions), end, accuracy, push)
     assert walk.status == OK
     return walk
 
 
 def attempt(
     problem: Problem,
+    numbers: Sequence[Array],
     end: float = 2.0,
-    directions: Sequence[Direction] = (),
     accuracy: float = TIGHT,
     push: Array = NO_PUSH,
+    room: int = 4000,
 ) -> Walk:
-    """The same, however it ends."""
-    body, legs, start = jets(problem, directions)
+    """Walk with the given body, legs and start, however it ends; `room` is what the tape has for steps and events."""
+    body, legs, start = numbers
     rows = 4 if problem.inertia is None else 6
     scale = error_scale(problem, accuracy)
-    return Walk(
-        problem,
-        *run(body, legs, problem.function, problem.offset, push, start, rows, end, scale, ROOM, ROOM),
-    )
+    answer = run(body, legs, problem.function, problem.offset, push, start, rows, end, scale, room, room)
+    return Walk(problem, *answer)
 
 
 def jets(problem: Problem, directions: Sequence[Direction] = ()) -> list[Array]:
     """Body, legs and start for the kernel, with their derivatives along directions (in SI units)."""
     columns = [numbers(problem)]
     for direction in directions:
-        h = np.longdouble(1e-6 * size(problem, direction))
+        h: Any = np.longdouble(1e-6 * size(problem, direction))
         ahead, behind = (numbers(problem.perturbed(direction, change)) for change in (h, -h))
         columns.append([(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)])
     return [np.stack(column, axis=-1).astype(float) for column in zip(*columns, strict=True)]

@@ -140,6 +140,8 @@ def largest_force(tape: Tape, i: int, axis: int, sign: float, first: float, last
                 value = sign * force_at(tape, n, x, i, y)[axis]
                 if value > best:
                     best, step, where = value, n, x
-    if step >= 0:
-        best = max(best, summit(tape, step, where, 1.0 / SAMPLES, i, axis, sign, y))
+    # In the neighbours, too: the summit may lie just across the step's end.
+    for n, x in ((step - 1, 1.0), (step, where), (step + 1, 0.0)):
+        if step >= 0 and 0 <= n < tape.counts[0] and tape.time[n] >= first and tape.time[n + 1] <= last:
+            best = max(best, summit(tape, n, x, 1.0 / SAMPLES, i, axis, sign, y))
     return best if i == ALL_LEGS else max(best, 0.0)

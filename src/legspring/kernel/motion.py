@@ -2,7 +2,7 @@
 
 import math
 
-from legspring.kernel.jit import formula
+from legspring.kernel.jit import formula, jit
 from legspring.kernel.length import length, length_partials, length_rates
 from legspring.kernel.walker import (
     DOWN,
@@ -82,7 +82,7 @@ def spring(
     return rx, ry, hx, hy, r, r - free
 
 
-@formula
+@jit
 def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, k: Floats, j: int) -> None:
     """Write the time derivatives of the derivatives in ``y`` into ``k[j]`` (variational equations)."""
     rows, width = y.shape
@@ -185,7 +185,7 @@ def gap_rates(y: Floats, k: Floats, j: int, stance: Floats, i: int, lean: Pair, 
     return gap, rate - free_rate, second - free_second
 
 
-@formula
+@jit
 def measure_gaps(
     s: float, y: Floats, k: Floats, j: int, stance: Floats, contacts: Floats, gaps: Floats, end: int
 ) -> None:

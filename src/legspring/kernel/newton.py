@@ -5,12 +5,13 @@ Newton's method.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
-from legspring.kernel.jit import driver, formula, jit
+from legspring.kernel.jit import driver, formula, part
 from legspring.kernel.launch import DX, DY, HEADING, N_START, SPEED, START_YAW, START_YAW_RATE, TURN, launch
-from legspring.kernel.stride import advance
+from legspring.kernel.stride import advance, copy
 from legspring.kernel.walker import (
     OK,
     PHASE,
@@ -20,6 +21,7 @@ from legspring.kernel.walker import (
     YAW_RATE,
     Floats,
     Ints,
+    Tape,
     Walker,
     X,
     Y,
@@ -37,8 +39,7 @@ PATIENCE = 6
 """Iterations before a search may be given up for want of progress."""
 NEAR = 1e-4
 """Sum of squared residuals below which Newton's method needs no damping."""
-SAME = 1e-5
-"""Difference below which two solutions are one."""
+FIRST_DAMPING, MOST_DAMPING = 1e-3, 1e3
 
 
 @driver
@@ -77,7 +78,7 @@ def new_problem(
     return new_walker(body_jet, leg_jet, side, offset, np.zeros((0, 3)), rows), start
 
 
-@formula
+@part
 def set_unknowns(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats) -> None:
     """Put the unknowns into a problem."""
     start[SPEED, 0] = z[0] * stride
@@ -89,7 +90,7 @@ def set_unknowns(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats)
         start[START_YAW_RATE, 0] = z[z.size - 1]
 
 
-@jit
+@part
 def conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobian: Floats) -> None:
     """Write the conditions of a gait after one step, and their derivatives.
 
@@ -118,7 +119,7 @@ def conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobi
             jacobian[5, d - 1] = y[YAW_RATE, d] + start[START_YAW_RATE, d]
 
 
-@jit
+@part
 def solve(a: Floats, b: Floats) -> bool:
     """Solve a x = b in place by Gauss's elimination with row exchange; False if a is singular."""
     n = b.size
@@ -153,7 +154,7 @@ def largest(r: Floats) -> float:
     return most
 
 
-@jit
+@part
 def damped_move(jacobian: Floats, residual: Floats, damping: float, square: Floats, move: Floats) -> tuple[bool, float]:
     """Solve (J^T J + damping 1) move = -J^T r, with more damping while the move is too long.
 
@@ -180,7 +181,34 @@ def damped_move(jacobian: Floats, residual: Floats, damping: float, square: Floa
     return False, damping
 
 
-@driver
+class Workspace(NamedTuple):
+    """Room for one search after another."""
+
+    tape: Tape
+    residual: Floats
+    move: Floats
+    trial: Floats
+    jacobian: Floats
+    square: Floats
+    best_residual: Floats
+    best_jacobian: Floats
+
+
+@part
+def evaluate(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats, scale: float, room: Workspace) -> float:
+    """Write the conditions at z and their Jacobian; return the sum of squares, inf if the step cannot be taken."""
+    set_unknowns(w, start, pair, stride, z)
+    launch(w, start)
+    if advance(w, 1.0, scale, room.tape) != OK:
+        return math.inf
+    conditions(w.y, start, stride, room.residual, room.jacobian)
+    total = 0.0
+    for r in room.residual:
+        total += r * r
+    return total if total < math.inf else math.inf
+
+
+@part
 def find_zero(
     w: Walker,
     start: Floats,
@@ -190,13 +218,56 @@ def find_zero(
     scale: float,
     goal: float,
     iterations: int,
+    room: Workspace,
 ) -> tuple[int, float, int]:
-    """Move the unknowns ``z``, in place, to where they fulfil a gait's conditions.
+    """Move the unknowns ``z``, in place, to where they fulfil a gait's conditions (see `find_zeros`)."""
+    best, damping = math.inf, FIRST_DAMPING
+    copy(z, room.trial)
+    for iteration in range(1, iterations + 1):
+        total = evaluate(w, start, pair, stride, room.trial, scale, room)
+        if total < best:
+            copy(room.trial, z)
+            copy(room.residual, room.best_residual)
+            copy(room.jacobian, room.best_jacobian)
+            if largest(room.residual) <= goal:
+                return CONVERGED, largest(room.residual), iteration
+            if iteration > PATIENCE and total > 0.98 * best and total > NEAR**2:
+                return STALLED, largest(room.residual), iteration
+            best = total
+            damping *= 0.2 if total > NEAR else 0.0
+        elif best == math.inf:
+            return BROKEN, math.inf, iteration
+        else:
+            damping = max(5.0 * damping, 1e-6)
+        solved, damping = damped_move(room.best_jacobian, room.best_residual, damping, room.square, room.move)
+        if not solved or damping > MOST_DAMPING:
+            return STALLED, largest(room.best_residual), iteration
+        for e in range(z.size):
+            room.trial[e] = z[e] + room.move[e]
+        if not SLOWEST < room.trial[0] < FASTEST:
+            return OUT_OF_RANGE, largest(room.best_residual), iteration
+    return OUT_OF_STEPS, largest(room.best_residual), iterations
+
+
+@driver
+def find_zeros(
+    w: Walker,
+    start: Floats,
+    pair: Ints,
+    stride: float,
+    z: Floats,
+    scale: float,
+    goal: float,
+    iterations: int,
+) -> tuple[Ints, Floats, int]:
+    """Move each row of unknowns ``z``, in place, to where it fulfils a gait's conditions.
 
     Parameters
     ----------
     w, start
         Of `new_problem`.
+    z
+        ``(N, n)``.
     scale
         Largest error estimate of an integration step, m.
     goal
@@ -206,91 +277,22 @@ def find_zero(
 
     Returns
     -------
-    ending, residual, steps
-        How it ended, the largest residual, and the number of steps simulated.
+    endings, residuals, steps
+        ``(N,)`` each: how it ended, and the largest residual; and the number of steps simulated in all.
     """
-    n = z.size
-    tape = new_tape(0, 0, w)
-    residual, move, trial = np.zeros(n), np.zeros(n), z.copy()
-    best_residual, best_jacobian = np.zeros(n), np.zeros((n, n))
-    jacobian, square = np.zeros((n, n)), np.zeros((n, n))
-    best, damping = math.inf, 1e-3
-    for iteration in range(iterations):
-        set_unknowns(w, start, pair, stride, trial)
-        launch(w, start)
-        total = math.inf
-        if advance(w, 1.0, scale, tape) == OK:
-            conditions(w.y, start, stride, residual, jacobian)
-            total = np.sum(residual**2)
-        if total < best:
-            z[:] = trial
-            best_residual[:], best_jacobian[:] = residual, jacobian
-            if largest(residual) <= goal:
-                return CONVERGED, largest(residual), iteration + 1
-            if iteration > PATIENCE and total > 0.98 * best and total > NEAR**2:
-                return STALLED, largest(residual), iteration + 1
-            best = total
-            damping *= 0.2 if total > NEAR else 0.0
-        elif best == math.inf:
-            return BROKEN, math.inf, iteration + 1
-        else:
-            damping = max(5.0 * damping, 1e-6)
-        solved, damping = damped_move(best_jacobian, best_residual, damping, square, move)
-        if not solved or damping > 1e3:
-            return STALLED, largest(best_residual), iteration + 1
-        trial[:] = z + move
-        if not SLOWEST < trial[0] < FASTEST:
-            return OUT_OF_RANGE, largest(best_residual), iteration + 1
-    return OUT_OF_STEPS, largest(best_residual), iterations
-
-
-@formula
-def wrap(angle: float) -> float:
-    """Return the same angle in (-pi, pi]."""
-    return angle - 2.0 * math.pi * math.ceil(angle / (2.0 * math.pi) - 0.5)
-
-
-@formula
-def is_known(z: Floats, zeros: Floats, count: int, n_pairs: int) -> bool:
-    """Whether a solution is among the first rows of ``zeros``."""
-    for row in range(count):
-        distance = 0.0
-        for e in range(z.size):
-            gap = z[e] - zeros[row, e]
-            distance = max(distance, abs(wrap(gap) if 0 < e <= n_pairs else gap))
-        if distance < SAME:
-            return True
-    return False
-
-
-@driver
-def find_zeros(
-    w: Walker,
-    start: Floats,
-    pair: Ints,
-    stride: float,
-    starts: Floats,
-    scale: float,
-    goal: float,
-    iterations: int,
-    zeros: Floats,
-    count: int,
-) -> tuple[int, int]:
-    """Search from each row of ``starts``; write what is new behind the first ``count`` rows of ``zeros``.
-
-    Returns
-    -------
-    count, steps
-        Number of solutions now, and of steps simulated.
-    """
-    steps, n_pairs = 0, pair.max() + 1
-    for row in range(starts.shape[0]):
-        z = starts[row].copy()
-        ending, _, taken = find_zero(w, start, pair, stride, z, scale, goal, iterations)
+    rows, n = z.shape
+    room = Workspace(
+        new_tape(0, 0, 0, w),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((n, n)),
+        np.zeros((n, n)),
+        np.zeros(n),
+        np.zeros((n, n)),
+    )
+    endings, residuals, steps = np.zeros(rows, np.int64), np.zeros(rows), 0
+    for row in range(rows):
+        endings[row], residuals[row], taken = find_zero(w, start, pair, stride, z[row], scale, goal, iterations, room)
         steps += taken
-        for e in range(1, n_pairs + 1):
-            z[e] = wrap(z[e])
-        if ending == CONVERGED and count < zeros.shape[0] and not is_known(z, zeros, count, n_pairs):
-            zeros[count] = z
-            count += 1
-    return count, steps
+    return endings, residuals, steps

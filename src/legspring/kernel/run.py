@@ -3,7 +3,7 @@
 from legspring.kernel.jit import driver
 from legspring.kernel.launch import launch
 from legspring.kernel.stride import advance
-from legspring.kernel.walker import Floats, Tape, Walker, new_tape, new_walker
+from legspring.kernel.walker import OK, Floats, Tape, Walker, new_tape, new_walker
 
 
 @driver
@@ -35,7 +35,7 @@ def run(
     scale
         Largest error estimate of a step, m.
     steps, events
-        Room on the tape; none for no tape.
+        Room on the tape; none to record touch-downs only.
 
     Returns
     -------
@@ -43,19 +43,13 @@ def run(
         How it went, the end and what happened.
     """
     w = new_walker(body, legs, side, offset, push, rows)
-    tape = new_tape(steps, events, w)
+    tape = new_tape(steps, events, 1 + int(end), w)
     launch(w, start)
-    return advance(w, end, scale, tape), w, tape
-
-
-@driver
-def touchdown_states(w: Walker, start: Floats, scale: float, states: Floats) -> int:
-    """Write the state at the start of every step into the rows of ``states``; return how it went."""
-    tape = new_tape(0, 0, w)
-    launch(w, start)
-    for n in range(states.shape[0]):
-        status = advance(w, float(n), scale, tape)
-        if status != 0:
-            return status
-        states[n] = w.y[:, 0]
-    return 0
+    tape.touchdowns[0] = w.y[:, 0]
+    status, step = OK, 0
+    while status == OK and step < end:
+        step += 1
+        status = advance(w, min(float(step), end), scale, tape)
+        if status == OK and step <= end:
+            tape.touchdowns[step] = w.y[:, 0]
+    return status, w, tape

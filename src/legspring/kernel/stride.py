@@ -6,7 +6,7 @@ import numpy as np
 
 from legspring.kernel.dop853 import interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
-from legspring.kernel.jit import formula, jit
+from legspring.kernel.jit import formula, jit, part
 from legspring.kernel.length import length, set_law
 from legspring.kernel.motion import hip, measure_gaps, rates, tangent_rates, turn
 from legspring.kernel.walker import (
@@ -95,7 +95,7 @@ def record_event(tape: Tape, s: float, leg: int, kind: int, rate: float) -> None
         tape.counts[1] += 1
 
 
-@formula
+@part
 def touch_down(s: float, w: Walker, tape: Tape) -> None:
     """Put down the legs whose time has come."""
     for i in range(w.contacts.shape[0]):
@@ -104,7 +104,7 @@ def touch_down(s: float, w: Walker, tape: Tape) -> None:
             record_event(tape, s, i, TOUCHDOWN, 0.0)
 
 
-@formula
+@part
 def lift_off(s: float, leaving: int, w: Walker, tape: Tape) -> None:
     """Lift the leg that is leaving (-1: none), and those whose gap is at zero with it, or a hair past it.
 
@@ -132,7 +132,7 @@ def refresh(s: float, w: Walker) -> None:
     measure_gaps(s, w.y, w.k, 0, w.stance, w.contacts, w.gaps, 0)
 
 
-@formula
+@part
 def horizon(s: float, end: float, contacts: Floats, push: Floats) -> float:
     """Time up to which nothing changes by the clock."""
     for i in range(contacts.shape[0]):
@@ -143,7 +143,7 @@ def horizon(s: float, end: float, contacts: Floats, push: Floats) -> float:
     return end
 
 
-@formula
+@part
 def set_push(s: float, push: Floats, clock: Floats) -> None:
     """Set the coefficients of the outside acceleration that holds from s on."""
     for j in range(PUSH_X, clock.size):
@@ -157,7 +157,7 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
                 clock[PUSH_X + 2 * axis + 1] = slope
 
 
-@formula
+@part
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
     slide(w.ahead, shift, w.k, 12, 12, w.y)
@@ -176,7 +176,7 @@ def slide(y: Floats, shift: float, k: Floats, i: int, j: int, out: Floats) -> No
             out[row, d] = y[row, d] + 0.5 * shift * (k[i, row, d] + k[j, row, d])
 
 
-@formula
+@part
 def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     """Note a step that is about to be accepted; False if the tape is full."""
     n = tape.counts[0]
@@ -193,7 +193,7 @@ def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     return True
 
 
-@formula
+@part
 def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tuple[int, float, float, int]:
     """Try steps until one is accurate and has no event before its end.
 
@@ -221,7 +221,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
     return EVENT_LOST, h, 0.0, -1
 
 
-@formula
+@part
 def accept(s: float, h: float, shift: float, w: Walker) -> float:
     """Make the end of the step tried last the present; return its time."""
     arm(s, h, w.contacts, w.gaps)

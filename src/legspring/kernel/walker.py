@@ -99,6 +99,9 @@ class Tape(NamedTuple):
         ``(M, 7, n, C)``: coefficients of the interpolant.
     stance, down
         ``(M, L, 8, C)``, ``(M, L)``: the legs during each step, and whether they are down (1 or 0).
+    touchdowns
+        ``(N, n)``: state (without derivatives) at the start of each step of the clock, time 0 first; nan where it did
+        not get that far.
     events
         ``(E, 5)``: time, leg, kind, step that it precedes, and, at lift-off, the rate of ``|r| - l``.
     """
@@ -110,6 +113,7 @@ class Tape(NamedTuple):
     dense: Floats
     stance: Floats
     down: Floats
+    touchdowns: Floats
     events: Floats
 
 
@@ -135,8 +139,8 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
 
 
 @driver
-def new_tape(steps: int, events: int, w: Walker) -> Tape:
-    """Return an empty tape for so many steps and events (none: nothing is recorded)."""
+def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
+    """Return an empty tape for so many steps, events and touch-downs (none: they are not recorded)."""
     n_legs, _, width = w.legs.shape
     rows = w.y.shape[0]
     return Tape(
@@ -147,5 +151,6 @@ def new_tape(steps: int, events: int, w: Walker) -> Tape:
         np.zeros((steps, 7, rows, width)),
         np.zeros((steps, n_legs, N_STANCE, width)),
         np.zeros((steps, n_legs)),
+        np.full((touchdowns, rows), np.nan),
         np.zeros((events, 5)),
     )

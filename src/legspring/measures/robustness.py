@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from legspring.kernel.run import touchdown_states
-from legspring.kernel.walker import VX, VY, new_walker
+from legspring.kernel.run import run
+from legspring.kernel.walker import VX, VY
 from legspring.returnmap import Start
 from legspring.setting import ACCURACY, Setting
 
@@ -74,12 +74,20 @@ def recover(
     if not abs(impulse) <= 10.0:
         raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-10")
     legs = setting.legs(phase)[:, :, None]
-    walker = new_walker(
-        setting.body[:, None], legs, setting.side, setting.offset, push_knots(setting, impulse), setting.rows
+    _, _, tape = run(
+        setting.body[:, None],
+        legs,
+        setting.side,
+        setting.offset,
+        push_knots(setting, impulse),
+        start.in_kernel_units(setting)[:, None],
+        setting.rows,
+        2.0 * STRIDES,
+        setting.error_scale(accuracy),
+        0,
+        0,
     )
-    states = np.full((2 * STRIDES + 1, setting.rows), np.nan)
-    touchdown_states(walker, start.in_kernel_units(setting)[:, None], setting.error_scale(accuracy), states)
-    distance = distances(setting, states)
+    distance = distances(setting, tape.touchdowns)
     return Recovery(impulse, steps_to_recover(distance), distance, settled_elsewhere(distance))
 
 

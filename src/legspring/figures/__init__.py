@@ -1,0 +1,11 @@
+"""Figures of gaits, simulations, recoveries and atlases; they draw what they are given and compute nothing.
+
+Every function returns a `matplotlib.figure.Figure` that no window manages; `save_figure` writes it to a file.
+Importing this package imports matplotlib.
+"""
+
+from legspring.figures.maps import draw_atlas
+from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
+from legspring.figures.style import save_figure
+
+__all__ = ["draw_atlas", "draw_gait", "draw_recovery", "draw_simulation", "save_figure"]

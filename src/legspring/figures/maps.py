@@ -1,0 +1,206 @@
+"""Maps of an atlas: one filled cell for each gait, nothing in between."""
+
+import json
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from legspring.figures.style import COLUMN, GRAY, MARKERS, diverging, label, new_figure, sequential, styled, units
+
+Floats = NDArray[np.float64]
+Limits = tuple[float, float]
+
+NOT_RECOVERED = 100.0
+"""What a gait that does not recover is drawn as, in steps."""
+
+
+@styled
+def draw_atlas(
+    dataset: xr.Dataset,
+    name: str,
+    *,
+    x: str = "slope_deg",
+    y: str = "heading",
+    branch: int = 0,
+    limits: Limits | None = None,
+    families: bool = True,
+    **at: float | str,
+) -> Figure:
+    """Draw a map of one variable of an atlas.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.atlas`, or its file opened with xarray.
+    name
+        The variable; angles are drawn in degrees.
+    x, y
+        Dimensions along the axes.
+    branch
+        Which branch.
+    limits
+        Range of colours; by default that of the data.
+    families
+        Whether markers show the families.
+    **at
+        Where the map lies in every further dimension of the variable, as in ``leg="F"`` or ``impulse=0.5``.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Cells without a gait are hatched, gaits that do not recover are crossed.
+
+    Raises
+    ------
+    ValueError
+        For a variable, dimension or place that the atlas does not have.
+    """
+    figure = new_figure(COLUMN, 0.85 * COLUMN)
+    axes = figure.subplots()
+    handles = draw_map(axes, dataset, name, x=x, y=y, limits=limits, families=families, branch=branch, **at)
+    add_legend(figure, handles)
+    return figure
+
+
+def draw_map(
+    axes: Axes,
+    dataset: xr.Dataset,
+    name: str,
+    *,
+    x: str = "slope_deg",
+    y: str = "heading",
+    limits: Limits | None = None,
+    families: bool = True,
+    title: str | None = None,
+    **at: Any,
+) -> list[Patch | Line2D]:
+    """Draw a map with its colour bar into axes, and return what a legend has to explain; see `draw_atlas`."""
+    grid, place = slice_at(dataset, name, x, y, at)
+    values = in_degrees(grid[name])
+    lost = np.zeros(values.shape, dtype=bool)
+    if name == "recovery_steps" and "recovered" in grid:
+        lost = grid["recovered"].values == 0.0
+        values = values.where(~lost, NOT_RECOVERED)
+    fill_cells(axes, values, limits)
+    axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(grid[y].attrs, y))
+    axes.set_title(title if title is not None else place)
+    handles = mark(axes, grid, x, y, lost, "x", "not recovered")
+    if families and "family" in grid.data_vars:
+        for marker, family in zip(MARKERS, family_order(dataset), strict=False):
+            handles += mark(axes, grid, x, y, grid["family"].values == family, marker, family)
+    return handles + empty(axes) if bool(values.isnull().any()) else handles
+
+
+def slice_at(dataset: xr.Dataset, name: str, x: str, y: str, at: dict[str, Any]) -> tuple[xr.Dataset, str]:
+    """Cut the plane of a map out of an atlas, y down and x across, and describe where it lies."""
+    numbers = [str(variable) for variable, array in dataset.data_vars.items() if array.dtype.kind == "f"]
+    if name not in numbers:
+        raise ValueError(f"name = {name!r}: should be one of {', '.join(numbers)}")
+    dims = [str(dim) for dim in dataset[name].dims]
+    if unknown := [dim for dim in (x, y, *at) if dim not in dims and dim != "branch"]:
+        raise ValueError(f"{name} has no dimension {unknown[0]!r}: should be one of {', '.join(dims)}")
+    grid, places = dataset, []
+    for dim in dims:
+        if dim in (x, y):
+            continue
+        grid = grid.sel({dim: find(dataset[dim], at.get(dim))})
+        if dim != "branch" or at[dim]:
+            unit = units(dataset[dim].attrs.get("units", ""))
+            places.append(f"{dim} {grid[dim].item()} {unit}".strip())
+    kept = [variable for variable, array in grid.data_vars.items() if set(array.dims) == {x, y}]
+    return grid[kept].transpose(y, x), ", ".join(places)
+
+
+def find(coordinate: xr.DataArray, value: Any) -> Any:
+    """Return the value as the coordinate has it, whatever rounding has done to it."""
+    values = coordinate.values
+    same = (
+        np.isclose(values, value) if isinstance(value, int | float) and values.dtype.kind in "if" else values == value
+    )
+    if not np.any(same):
+        offered = ", ".join(map(str, values.tolist()))
+        raise ValueError(f"{coordinate.name} = {value!r}: should be one of {offered}")
+    return values[same][0]
+
+
+def in_degrees(array: xr.DataArray) -> xr.DataArray:
+    """Return angles in degrees, and all else as it is."""
+    if array.attrs.get("units") != "rad":
+        return array
+    return np.rad2deg(array).assign_attrs(array.attrs | {"units": "deg"})
+
+
+def fill_cells(axes: Axes, values: xr.DataArray, limits: Limits | None) -> None:
+    """Fill the cells of a plane with colours, each centred on its point, and add the colour bar."""
+    y, x = (edges(values[dim].values) for dim in values.dims)
+    known = values.values[np.isfinite(values.values)]
+    low, high = (known.min(), known.max()) if known.size else (0.0, 1.0)
+    signed = (low < 0.0 < high) if limits is None else (limits[0] < 0.0 < limits[1])
+    if limits is None:
+        limits = (-max(-low, high), max(-low, high)) if signed else (low, high)
+    colours = diverging() if signed else sequential()
+    mesh = axes.pcolormesh(x, y, values.values, cmap=colours, vmin=limits[0], vmax=limits[1], rasterized=True)
+    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    extend = beyond[bool(low < limits[0]), bool(high > limits[1])]
+    assert axes.figure is not None
+    axes.figure.colorbar(mesh, ax=axes, label=label(values.attrs), extend=extend, pad=0.02)
+
+
+def edges(centres: Floats) -> Floats:
+    """Return the borders of cells around their centres."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    middles = 0.5 * (centres[1:] + centres[:-1])
+    return np.concatenate([[2.0 * centres[0] - middles[0]], middles, [2.0 * centres[-1] - middles[-1]]])
+
+
+def mark(
+    axes: Axes, grid: xr.Dataset, x: str, y: str, where: NDArray[np.bool_], marker: str, meaning: str
+) -> list[Patch | Line2D]:
+    """Put a marker into some cells; return the legend's entry for it, if there are any."""
+    rows, columns = np.nonzero(where)
+    if not len(rows):
+        return []
+    return axes.plot(
+        grid[x].values[columns],
+        grid[y].values[rows],
+        linestyle="none",
+        marker=marker,
+        color="black",
+        markerfacecolor="white",
+        markeredgewidth=0.6,
+        label=meaning,
+    )
+
+
+def empty(axes: Axes) -> list[Patch | Line2D]:
+    """Hatch the ground that shows where there is no cell; return the legend's entry for it."""
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": GRAY, "hatch": "//////"}
+    axes.patch.set(**look)
+    return [Patch(label="no gait", linewidth=0.4, **look)]
+
+
+def family_order(dataset: xr.Dataset) -> list[str]:
+    """Return the families' labels as the animal has them, or sorted if the atlas does not say."""
+    found = {str(family) for family in np.unique(dataset["family"].values.astype(str))} - {""}
+    known = json.loads(dataset.attrs.get("parameters", "{}")).get("families", {})
+    return [*known, *sorted(found - set(known))]
+
+
+def add_legend(figure: Figure, handles: list[Patch | Line2D]) -> None:
+    """Explain each kind of marker once, above the maps."""
+    unique = {str(handle.get_label()): handle for handle in handles}
+    if unique:
+        figure.legend(
+            handles=list(unique.values()),
+            loc="outside upper center",
+            ncols=len(unique),
+            handletextpad=0.3,
+            columnspacing=1.2,
+        )

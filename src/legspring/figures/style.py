@@ -1,0 +1,117 @@
+"""What all figures have in common: sizes for print, colours that the colour-blind can tell apart, files."""
+
+import os
+import textwrap
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec
+
+import matplotlib as mpl
+from matplotlib.colors import Colormap
+from matplotlib.figure import Figure
+
+from legspring.files import check_output, whole_file
+
+P = ParamSpec("P")
+
+COLUMN, PAGE = 3.46, 7.09
+"""Widths of a column and of a page in print: 88 and 180 mm, in inches."""
+SUFFIXES = (".png", ".pdf", ".svg")
+
+SMALL = 7
+UNITS = {
+    "degrees": "deg",
+    "m g": r"$m\,g$",
+    "m v_des": r"$m\,v_\mathrm{des}$",
+    "t_des": r"$t_\mathrm{des}$",
+}
+STYLE: dict[str, Any] = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "figure.titlesize": 8,
+    "figure.labelsize": 8,
+    "legend.fontsize": SMALL,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "hatch.linewidth": 0.4,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
+    "legend.frameon": False,
+    "pdf.fonttype": 42,  # text stays text
+    "savefig.dpi": 300,
+}
+
+# Okabe and Ito's palette, without the yellow that white paper swallows.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+BEYOND = "#D55E00"
+"""Colour of values above a range; it occurs nowhere inside."""
+GRAY = "0.45"
+MARKERS = "sv^oDPX*<>"
+"""Markers of families, in the order that the animal has them in: with the cockroach's A, FB, MB, B those of the thesis."""
+
+
+def sequential() -> Colormap:
+    """Return the colours of quantities of one sign."""
+    return mpl.colormaps["viridis"].with_extremes(over=BEYOND, under="white")
+
+
+def diverging() -> Colormap:
+    """Return the colours of quantities of both signs; zero is pale."""
+    return mpl.colormaps["RdBu_r"].with_extremes(over="#33000d", under="#021a33")
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Give a function that draws a figure the common style, and leave everybody else's alone."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with mpl.rc_context(STYLE):
+            figure = draw(*args, **kwargs)
+        # Ticks are made when the figure is shown, long after the context's end.
+        for axes in figure.axes:
+            axes.tick_params(labelsize=SMALL, width=0.6, length=2.5)
+        return figure
+
+    return drawn
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of the given size in inches, whose parts keep out of each other's way."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Save a figure for print; the whole file appears, or nothing.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    path
+        Its ending says the format: .png (300 dots per inch), .pdf or .svg.
+
+    Raises
+    ------
+    ValueError
+        If the ending is another.
+    OSError
+        If the file cannot be written.
+    """
+    check_output(path, SUFFIXES)
+    suffix = os.path.splitext(path)[1][1:].lower()
+    with mpl.rc_context(STYLE), whole_file(path) as file:
+        figure.savefig(file, format=suffix)
+
+
+def units(name: str) -> str:
+    """Return units as they are set in a figure."""
+    return UNITS.get(name, name)
+
+
+def label(attributes: dict[str, Any], fallback: str = "") -> str:
+    """Return an axis's label from a variable's long name and units, in lines short enough for an axis."""
+    words, unit = attributes.get("long_name", fallback), units(attributes.get("units", "1"))
+    lines = textwrap.wrap(str(words), 36)
+    return "\n".join(lines) + (f" ({unit})" if unit not in ("", "1") else "")
