@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from legspring.kernel.measure import leg_work
-from tests.kernel.bridge import Walk, jets, point_mass, rigid_body, sequence, simulate, units
+from tests.kernel.bridge import Walk, point_mass, rigid_body, sequence, simulate, units
 from tests.oracle.problem import Array, Problem
 
 seeds = st.integers(0, 10**6)
@@ -98,7 +98,7 @@ def energies(walk: Walk) -> Array:
     """Kinetic energy and that of the springs at the start of each integrator step, in J."""
     problem, tape = walk.problem, walk.tape
     found = []
-    for step, time in enumerate(walk.times[:-1]):
+    for step in range(len(walk.times) - 1):
         state = walk.si(tape.y[step])[:, 0]
         energy = kinetic_energy(problem, state)
         for leg in np.flatnonzero(tape.down[step]):

@@ -112,7 +112,7 @@ def slice_at(dataset: xr.Dataset, name: str, x: str, y: str, at: dict[str, Any])
         grid = grid.sel({dim: find(dataset[dim], at.get(dim))})
         if dim != "branch" or at[dim]:
             unit = units(dataset[dim].attrs.get("units", ""))
-            places.append(f"{dim} {grid[dim].item()} {unit}".strip())
+            places.append(f"{dim} {grid[dim].item()} {unit}".strip().replace("_aft", "-aft"))
     kept = [variable for variable, array in grid.data_vars.items() if set(array.dims) == {x, y}]
     return grid[kept].transpose(y, x), ", ".join(places)
 

@@ -21,8 +21,8 @@ FIGURE_2_2: Mapping[str, Any] = {
     "family": "A",
     "strides": 2,
 }
-"""Arguments of `legspring.simulate` for `figure_2_2`. The thesis states the phases and that all legs push; slope, heading
-and speed, which it does not state, are those of a level gait."""
+"""Arguments of `legspring.simulate` for `figure_2_2`. The thesis states the phases and that all legs push;
+slope, heading and speed, which it does not state, are those of a level gait."""
 
 
 @styled

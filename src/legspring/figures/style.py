@@ -9,6 +9,7 @@ from typing import Any, ParamSpec
 import matplotlib as mpl
 from matplotlib.colors import Colormap
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from legspring.files import check_output, whole_file
 
@@ -49,7 +50,7 @@ BEYOND = "#D55E00"
 """Colour of values above a range; it occurs nowhere inside."""
 GRAY = "0.45"
 MARKERS = "sv^oDPX*<>"
-"""Markers of families, in the order that the animal has them in: with the cockroach's A, FB, MB, B those of the thesis."""
+"""Markers of families, in the animal's order: for the cockroach's A, FB, MB and B those of the thesis."""
 
 
 def sequential() -> Colormap:
@@ -72,6 +73,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
         # Ticks are made when the figure is shown, long after the context's end.
         for axes in figure.axes:
             axes.tick_params(labelsize=SMALL, width=0.6, length=2.5)
+            axes.tick_params(which="minor", width=0.4, length=1.5)
         return figure
 
     return drawn
@@ -79,7 +81,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of the given size in inches, whose parts keep out of each other's way."""
-    return Figure(figsize=(width, height), layout="constrained")
+    return Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(w_pad=0.06))
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:

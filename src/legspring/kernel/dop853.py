@@ -66,7 +66,7 @@ def step(
     """
     for j in range(1, STAGES + 1):
         combine(y, h, A, j, j, k, ahead)
-        rates(s + C[j] * h, ahead, stance, contacts, body, clock, k, j)
+        rates(s + C[j] * h, ahead, stance, contacts, body, clock, k[j])
     clock[EVALUATIONS] += STAGES
     return h * error(k)
 
@@ -79,7 +79,7 @@ def step_tangents(
     for j in range(1, STAGES + 1):
         combine(y, h, A, j, j, k, ahead)
         combine_tangents(y, h, A, j, j, k, ahead)
-        tangent_rates(s + C[j] * h, ahead, stance, contacts, body, k, j)
+        tangent_rates(s + C[j] * h, ahead, stance, contacts, body, k[j])
 
 
 @formula
@@ -104,10 +104,10 @@ def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
     for j in range(3):
         last, time = STAGES + 1 + j, s + C_EXTRA[j] * h
         combine(w.y, h, A_EXTRA, j, last, w.k, w.room)
-        rates(time, w.room, w.stance, w.contacts, w.body, w.clock, w.k, last)
+        rates(time, w.room, w.stance, w.contacts, w.body, w.clock, w.k[last])
         if w.y.shape[1] > 1:
             combine_tangents(w.y, h, A_EXTRA, j, last, w.k, w.room)
-            tangent_rates(time, w.room, w.stance, w.contacts, w.body, w.k, last)
+            tangent_rates(time, w.room, w.stance, w.contacts, w.body, w.k[last])
     w.clock[EVALUATIONS] += 3
     for row in range(w.y.shape[0]):
         for d in range(w.y.shape[1]):

@@ -56,7 +56,7 @@ def launch(w: Walker, start: Floats) -> None:
                 old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d]
         put_down(-ago, old, w.legs, i, w.stance, w.contacts)
         w.contacts[i, SIGN] = w.contacts[i, SIDE]
-    measure_gaps(0.0, w.y, w.k, 0, w.stance, w.contacts, w.gaps, 0)
+    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
     for i in range(w.contacts.shape[0]):
         if w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:
             w.contacts[i, DOWN] = 0.0

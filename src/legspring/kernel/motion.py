@@ -45,10 +45,8 @@ def hip(x: float, y: float, lean: Pair) -> Pair:
 
 
 @formula
-def rates(
-    s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, k: Floats, j: int
-) -> None:
-    """Write the time derivative of the state ``y`` at time s into ``k[j]``, but for the derivatives' columns."""
+def rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, out: Floats) -> None:
+    """Write the time derivative of the state ``y`` at time s into ``out``, but for the derivatives' columns."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
     ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
@@ -60,13 +58,13 @@ def rates(
             ax += pull * rx
             ay += pull * ry
             moment += pull * (hx * ry - hy * rx)
-    k[j, X, 0] = y[VX, 0]
-    k[j, Y, 0] = y[VY, 0]
-    k[j, VX, 0] = ax
-    k[j, VY, 0] = ay
+    out[X, 0] = y[VX, 0]
+    out[Y, 0] = y[VY, 0]
+    out[VX, 0] = ax
+    out[VY, 0] = ay
     if y.shape[0] == 6:
-        k[j, YAW, 0] = y[YAW_RATE, 0]
-        k[j, YAW_RATE, 0] = body[GYRATION, 0] * moment
+        out[YAW, 0] = y[YAW_RATE, 0]
+        out[YAW_RATE, 0] = body[GYRATION, 0] * moment
 
 
 @formula
@@ -83,30 +81,30 @@ def spring(
 
 
 @jit
-def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, k: Floats, j: int) -> None:
-    """Write the time derivatives of the derivatives in ``y`` into ``k[j]`` (variational equations)."""
+def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, out: Floats) -> None:
+    """Write the time derivatives of the derivatives in ``y`` into ``out`` (variational equations)."""
     rows, width = y.shape
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     for d in range(1, width):
-        k[j, X, d] = y[VX, d]
-        k[j, Y, d] = y[VY, d]
-        k[j, VX, d] = 0.0
-        k[j, VY, d] = -body[GRAVITY, d]
+        out[X, d] = y[VX, d]
+        out[Y, d] = y[VY, d]
+        out[VX, d] = 0.0
+        out[VY, d] = -body[GRAVITY, d]
     if rows == 6:
         for d in range(1, width):
-            k[j, YAW, d] = y[YAW_RATE, d]
-            k[j, YAW_RATE, d] = 0.0
+            out[YAW, d] = y[YAW_RATE, d]
+            out[YAW_RATE, d] = 0.0
     moment = 0.0
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            moment += add_tangents(y, stance, i, k, j, lean, phase)
+            moment += add_tangents(y, stance, i, out, lean, phase)
     if rows == 6:
         for d in range(1, width):
-            k[j, YAW_RATE, d] = body[GYRATION, 0] * k[j, YAW_RATE, d] + body[GYRATION, d] * moment
+            out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
 
 
 @formula
-def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pair, phase: Pair) -> float:
+def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair) -> float:
     """Add the derivatives of the force of leg i, and of its moment, in every direction; return the moment.
 
     With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
@@ -125,8 +123,8 @@ def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pai
     row_x = force_row(kxx, kxy, ux, gap, stiffness, lean, law)
     row_y = force_row(kxy, kyy, uy, gap, stiffness, lean, law)
     yaw_x, yaw_y = hy * kxx - hx * kxy, hy * kxy - hx * kyy
-    add_row(y, stance, i, k, j, VX, row_x, yaw_x)
-    add_row(y, stance, i, k, j, VY, row_y, yaw_y)
+    add_row(y, stance, i, out[VX], row_x, yaw_x)
+    add_row(y, stance, i, out[VY], row_y, yaw_y)
     if y.shape[0] == 6:
         c, s = lean
         fx, fy = stiffness * gap * ux, stiffness * gap * uy
@@ -140,7 +138,7 @@ def add_tangents(y: Floats, stance: Floats, i: int, k: Floats, j: int, lean: Pai
             hx * row_y[6] - hy * row_x[6],
             hx * row_y[7] - hy * row_x[7],
         )
-        add_row(y, stance, i, k, j, YAW_RATE, row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
+        add_row(y, stance, i, out[YAW_RATE], row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
     return stiffness * gap * (hx * uy - hy * ux)
 
 
@@ -153,12 +151,12 @@ def force_row(kx: float, ky: float, u: float, gap: float, spring: float, lean: P
 
 
 @formula
-def add_row(y: Floats, stance: Floats, i: int, k: Floats, j: int, row: int, f: Factors, yaw: float) -> None:
+def add_row(y: Floats, stance: Floats, i: int, out: Floats, f: Factors, yaw: float) -> None:
     """Add to one row of derivatives the given multiples of the stance's rows and of the state's.
 
     In loops of few arrays each, which the compiler turns into vector instructions.
     """
-    out, rows = k[j, row], stance[i]
+    rows = stance[i]
     for d in range(1, out.size):
         out[d] += f[0] * (rows[0, d] - y[X, d]) + f[1] * (rows[1, d] - y[Y, d])
     for d in range(1, out.size):
@@ -171,12 +169,12 @@ def add_row(y: Floats, stance: Floats, i: int, k: Floats, j: int, row: int, f: F
 
 
 @formula
-def gap_rates(y: Floats, k: Floats, j: int, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
-    """Gap |r| - l of leg i and its first two time derivatives, in the state y whose rates are ``k[j]``."""
+def gap_rates(y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
+    """Gap |r| - l of leg i and its first two time derivatives, in the state y whose rates are ``f``."""
     rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
-    vx, vy, ax, ay = -y[VX, 0], -y[VY, 0], -k[j, VX, 0], -k[j, VY, 0]
+    vx, vy, ax, ay = -y[VX, 0], -y[VY, 0], -f[VX, 0], -f[VY, 0]
     if y.shape[0] == 6:
-        spin, spin_rate = y[YAW_RATE, 0], k[j, YAW_RATE, 0]
+        spin, spin_rate = y[YAW_RATE, 0], f[YAW_RATE, 0]
         vx, vy = vx + spin * hy, vy - spin * hx
         ax, ay = ax + spin_rate * hy + spin**2 * hx, ay - spin_rate * hx + spin**2 * hy
     rate = (rx * vx + ry * vy) / r
@@ -186,14 +184,12 @@ def gap_rates(y: Floats, k: Floats, j: int, stance: Floats, i: int, lean: Pair, 
 
 
 @jit
-def measure_gaps(
-    s: float, y: Floats, k: Floats, j: int, stance: Floats, contacts: Floats, gaps: Floats, end: int
-) -> None:
-    """Write the gap and its rates for every leg in stance into ``gaps[end]``; ``k[j]`` holds the rates of y."""
+def measure_gaps(s: float, y: Floats, f: Floats, stance: Floats, contacts: Floats, gaps: Floats) -> None:
+    """Write the gap and its rates for every leg in stance into ``gaps``; ``f`` holds the rates of y."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            g, v, a = gap_rates(y, k, j, stance, i, lean, phase)
-            gaps[end, i, 0] = g
-            gaps[end, i, 1] = v
-            gaps[end, i, 2] = a
+            g, v, a = gap_rates(y, f, stance, i, lean, phase)
+            gaps[i, 0] = g
+            gaps[i, 1] = v
+            gaps[i, 2] = a

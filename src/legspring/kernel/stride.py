@@ -119,17 +119,17 @@ def lift_off(s: float, leaving: int, w: Walker, tape: Tape) -> None:
             record_event(tape, s, i, LIFTOFF, rate)
             lifted = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k, 0)
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
 
 
 @formula
 def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
-    rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k, 0)
+    rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
     w.clock[EVALUATIONS] += 1
     if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k, 0)
-    measure_gaps(s, w.y, w.k, 0, w.stance, w.contacts, w.gaps, 0)
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+    measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
 
 
 @part
@@ -160,20 +160,20 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
 @part
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
-    slide(w.ahead, shift, w.k, 12, 12, w.y)
-    rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k, 13)
+    slide(w.ahead, shift, w.k[12], w.k[12], w.y)
+    rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
     w.clock[EVALUATIONS] += 1
     if w.y.shape[1] > 1:
-        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.k, 13)
-    slide(w.ahead, shift, w.k, 12, 13, w.y)
+        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.k[13])
+    slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 
 @formula
-def slide(y: Floats, shift: float, k: Floats, i: int, j: int, out: Floats) -> None:
-    """Write y + shift (k[i] + k[j]) / 2 into ``out``."""
+def slide(y: Floats, shift: float, f: Floats, g: Floats, out: Floats) -> None:
+    """Write y + shift (f + g) / 2 into ``out``."""
     for row in range(y.shape[0]):
         for d in range(y.shape[1]):
-            out[row, d] = y[row, d] + 0.5 * shift * (k[i, row, d] + k[j, row, d])
+            out[row, d] = y[row, d] + 0.5 * shift * (f[row, d] + g[row, d])
 
 
 @part
@@ -211,7 +211,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
                 return STEP_TOO_SMALL, h, 0.0, -1
             continue
         w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
-        measure_gaps(s + h, w.ahead, w.k, 12, w.stance, w.contacts, w.gaps, 1)
+        measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.gaps[1])
         kind, where, leg = next_event(s, h, w.contacts, w.gaps)
         if kind == NONE or (kind == HERE and s + h + where > bound):
             return OK, h, 0.0, -1
