@@ -8,7 +8,7 @@ import pytest
 
 from legspring import Animal, find_gaits, search_gaits
 from legspring.gait import Gait, Invalid
-from legspring.solve import Problem, hindmost, number_branches
+from legspring.solve import Ending, Problem, hindmost, number_branches
 from tests.conftest import Cells, read_reference
 
 LEGS = {"front": 0, "middle": 1, "back": 2}
@@ -120,11 +120,13 @@ def test_rejections_have_names(roach: Animal) -> None:
         assert rejection.solution.residual < 1e-10
         assert rejection.solution.invalid() == (rejection.reason, rejection.leg)
         assert str(rejection.reason) in str(rejection)
-    assert search.steps > search.starts > 0
+    assert search.steps > search.starts == sum(search.endings.values()) > 0
+    assert set(search.endings) <= set(Ending)
+    assert str(Ending.CONVERGED) in search.summary()
 
 
 def changed(gait: Gait, **changes: object) -> Gait:
-    return Gait(**{name: getattr(gait, name) for name in gait.__dataclass_fields__} | changes)  # type: ignore[arg-type]
+    return Gait(**{name: getattr(gait, name) for name in gait.__dataclass_fields__} | changes)
 
 
 def test_validity_tells_what_is_wrong(thesis_map: Cells) -> None:

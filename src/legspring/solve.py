@@ -14,6 +14,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +37,25 @@ GOAL = 1e-12
 MOST_ITERATIONS = 40
 SAME = 1e-5
 """Difference of unknowns below which two solutions are one."""
+
+
+class Ending(StrEnum):
+    """How a search from one start ended."""
+
+    CONVERGED = "converged"
+    STALLED = "stalled at a local minimum of the residuals"
+    OUT_OF_RANGE = "left the range of speeds"
+    OUT_OF_STEPS = "not converged within the iterations allowed"
+    BROKEN = "the step could not be simulated"
+
+
+ENDINGS = {
+    newton.CONVERGED: Ending.CONVERGED,
+    newton.STALLED: Ending.STALLED,
+    newton.OUT_OF_RANGE: Ending.OUT_OF_RANGE,
+    newton.OUT_OF_STEPS: Ending.OUT_OF_STEPS,
+    newton.BROKEN: Ending.BROKEN,
+}
 
 
 @dataclass(frozen=True)
@@ -70,20 +90,28 @@ class Search:
         By branch.
     rejections
         Solutions that are no gaits.
-    starts, steps
-        Effort: starting points, and steps simulated.
+    endings
+        How many starts ended in which way.
+    steps
+        Steps simulated.
     """
 
     gaits: tuple[Gait, ...]
     rejections: tuple[Rejection, ...]
-    starts: int
+    endings: dict[Ending, int]
     steps: int
 
+    @property
+    def starts(self) -> int:
+        """Number of starting points."""
+        return sum(self.endings.values())
+
     def summary(self) -> str:
-        """One line for each kind of rejection."""
+        """Say what was rejected and why, and how the starts ended, a line each."""
         counts = Counter((r.solution.family, str(r.reason)) for r in self.rejections)
-        lines = [f"family {family}: {count} x {reason}" for (family, reason), count in sorted(counts.items())]
-        return "\n".join(lines) or "no other solution of the conditions was met"
+        lines = [f"rejected, family {family}: {count} x {reason}" for (family, reason), count in sorted(counts.items())]
+        ends = ", ".join(f"{count} {ending}" for ending, count in self.endings.items())
+        return "\n".join([*lines, f"{self.starts} starts: {ends}"])
 
 
 class Problem:
@@ -156,20 +184,20 @@ class Problem:
         points[:, 1 : 1 + len(limits)] = limits * (2.0 * unit[:, 1:] - 1.0)
         return points
 
-    def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, int]:
+    def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, "Counter[Ending]", int]:
         """Search from each start, roughly.
 
         Returns
         -------
-        zeros, steps
-            ``(n, size)``: the solutions, the known ones first; and the number of steps simulated.
+        zeros, endings, steps
+            ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
         """
         zeros = np.zeros((0, self.size)) if known is None else known
         solutions, _, endings, steps = self._solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
         for z in solutions[endings == newton.CONVERGED]:
             if not np.any(np.all(np.abs(self._wrapped(z - zeros)) < SAME, axis=1)):
                 zeros = np.vstack([zeros, z])
-        return zeros, steps
+        return zeros, Counter(ENDINGS[int(ending)] for ending in endings), steps
 
     def _solve(self, starts: Floats, accuracy: float, goal: float) -> tuple[Floats, Floats, NDArray[np.int64], int]:
         """Search from each start; return solutions, residuals, endings and the number of steps simulated."""
@@ -304,19 +332,20 @@ def search_gaits(
         raise ValueError(f"starts = {starts!r}: must be at least 1")
     gaits: list[Gait] = []
     rejections: list[Rejection] = []
-    steps = 0
+    steps, endings = 0, Counter[Ending]()
     for label in animal.families:
         problem = Problem(animal, angle, heading, label, actuation)
-        zeros, taken = problem.zeros(problem.starts(starts))
+        zeros, ends, taken = problem.zeros(problem.starts(starts))
         valid, invalid = problem.sort(zeros)
         gaits += valid
         rejections += invalid
+        endings += ends
         steps += taken
     numbered = number_branches(gaits)
     if family is not None:
         numbered = tuple(gait for gait in numbered if gait.family == family)
         rejections = [rejection for rejection in rejections if rejection.solution.family == family]
-    return Search(numbered, tuple(rejections), starts * len(animal.families), steps)
+    return Search(numbered, tuple(rejections), dict(endings), steps)
 
 
 def find_gaits(

@@ -69,7 +69,7 @@ class Cell:
     def search(self, starts: Floats) -> int:
         """Search from more starts; return the number of steps simulated."""
         known = len(self.zeros)
-        self.zeros, steps = self.problem.zeros(starts, self.zeros)
+        self.zeros, _, steps = self.problem.zeros(starts, self.zeros)
         self.fresh = self.zeros[known:]
         return steps
 

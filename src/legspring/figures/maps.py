@@ -1,13 +1,14 @@
 """Maps of an atlas: one filled cell for each gait, nothing in between."""
 
 import json
+import math
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -30,7 +31,7 @@ def draw_atlas(
     branch: int = 0,
     limits: Limits | None = None,
     families: bool = True,
-    **at: float | str,
+    **at: Any,
 ) -> Figure:
     """Draw a map of one variable of an atlas.
 
@@ -79,7 +80,7 @@ def draw_map(
     families: bool = True,
     title: str | None = None,
     **at: Any,
-) -> list[Patch | Line2D]:
+) -> list[Artist]:
     """Draw a map with its colour bar into axes, and return what a legend has to explain; see `draw_atlas`."""
     grid, place = slice_at(dataset, name, x, y, at)
     values = in_degrees(grid[name])
@@ -90,7 +91,8 @@ def draw_map(
     fill_cells(axes, values, limits)
     axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(grid[y].attrs, y))
     axes.set_title(title if title is not None else place)
-    handles = mark(axes, grid, x, y, lost, "x", "not recovered")
+    # Large enough to show around the marker of the family.
+    handles = mark(axes, grid, x, y, lost, "x", "not recovered", size=8.0)
     if families and "family" in grid.data_vars:
         for marker, family in zip(MARKERS, family_order(dataset), strict=False):
             handles += mark(axes, grid, x, y, grid["family"].values == family, marker, family)
@@ -120,11 +122,10 @@ def slice_at(dataset: xr.Dataset, name: str, x: str, y: str, at: dict[str, Any])
 def find(coordinate: xr.DataArray, value: Any) -> Any:
     """Return the value as the coordinate has it, whatever rounding has done to it."""
     values = coordinate.values
-    same = (
-        np.isclose(values, value) if isinstance(value, int | float) and values.dtype.kind in "if" else values == value
-    )
+    rounded = isinstance(value, int | float) and values.dtype.kind in "if"
+    same = np.isclose(values, value) if rounded else values == value
     if not np.any(same):
-        offered = ", ".join(map(str, values.tolist()))
+        offered = ", ".join(map(str, values.tolist())) or "nothing, as the atlas has none"
         raise ValueError(f"{coordinate.name} = {value!r}: should be one of {offered}")
     return values[same][0]
 
@@ -133,7 +134,7 @@ def in_degrees(array: xr.DataArray) -> xr.DataArray:
     """Return angles in degrees, and all else as it is."""
     if array.attrs.get("units") != "rad":
         return array
-    return np.rad2deg(array).assign_attrs(array.attrs | {"units": "deg"})
+    return (array * (180.0 / math.pi)).assign_attrs(array.attrs | {"units": "deg"})
 
 
 def fill_cells(axes: Axes, values: xr.DataArray, limits: Limits | None) -> None:
@@ -161,25 +162,35 @@ def edges(centres: Floats) -> Floats:
 
 
 def mark(
-    axes: Axes, grid: xr.Dataset, x: str, y: str, where: NDArray[np.bool_], marker: str, meaning: str
-) -> list[Patch | Line2D]:
+    axes: Axes,
+    grid: xr.Dataset,
+    x: str,
+    y: str,
+    where: NDArray[np.bool_],
+    marker: str,
+    meaning: str,
+    size: float | None = None,
+) -> list[Artist]:
     """Put a marker into some cells; return the legend's entry for it, if there are any."""
     rows, columns = np.nonzero(where)
     if not len(rows):
         return []
-    return axes.plot(
-        grid[x].values[columns],
-        grid[y].values[rows],
-        linestyle="none",
-        marker=marker,
-        color="black",
-        markerfacecolor="white",
-        markeredgewidth=0.6,
-        label=meaning,
-    )
+    return [
+        *axes.plot(
+            grid[x].values[columns],
+            grid[y].values[rows],
+            linestyle="none",
+            marker=marker,
+            color="black",
+            markerfacecolor="white",
+            markeredgewidth=0.6,
+            markersize=size,
+            label=meaning,
+        )
+    ]
 
 
-def empty(axes: Axes) -> list[Patch | Line2D]:
+def empty(axes: Axes) -> list[Artist]:
     """Hatch the ground that shows where there is no cell; return the legend's entry for it."""
     look: dict[str, Any] = {"facecolor": "white", "edgecolor": GRAY, "hatch": "//////"}
     axes.patch.set(**look)
@@ -193,7 +204,7 @@ def family_order(dataset: xr.Dataset) -> list[str]:
     return [*known, *sorted(found - set(known))]
 
 
-def add_legend(figure: Figure, handles: list[Patch | Line2D]) -> None:
+def add_legend(figure: Figure, handles: list[Artist]) -> None:
     """Explain each kind of marker once, above the maps."""
     unique = {str(handle.get_label()): handle for handle in handles}
     if unique:

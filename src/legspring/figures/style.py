@@ -26,7 +26,7 @@ UNITS = {
     "m v_des": r"$m\,v_\mathrm{des}$",
     "t_des": r"$t_\mathrm{des}$",
 }
-STYLE: dict[str, Any] = {
+STYLE: Any = {
     "font.size": 8,
     "axes.titlesize": 8,
     "axes.labelsize": 8,

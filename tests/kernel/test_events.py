@@ -1,0 +1,78 @@
+"""The first zero of a quintic in Bernstein's form."""
+
+import math
+
+import numpy as np
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+
+from legspring.kernel.events import first_zero
+
+Six = tuple[float, float, float, float, float, float]
+some = settings(max_examples=300, derandomize=True, deadline=None, database=None)
+whole = st.integers(-20, 20).map(float)
+signs = st.sampled_from([-1.0, 1.0])
+
+
+def polynomial(b: Six) -> Polynomial:
+    """The polynomial with the given Bernstein coefficients."""
+    x, rest = Polynomial([0.0, 1.0]), Polynomial([1.0, -1.0])
+    return sum((math.comb(5, j) * b[j] * x**j * rest ** (5 - j) for j in range(6)), Polynomial([0.0]))
+
+
+def bernstein(p: Polynomial) -> Six:
+    """The Bernstein coefficients of a polynomial of at most degree 5."""
+    a = [*p.coef, *[0.0] * 5][:6]
+    b = [sum(math.comb(j, i) / math.comb(5, i) * a[i] for i in range(j + 1)) for j in range(6)]
+    return b[0], b[1], b[2], b[3], b[4], b[5]
+
+
+@some
+@given(st.tuples(st.integers(1, 20).map(float), whole, whole, whole, whole, whole), signs)
+def test_first_zero_of_any_quintic(b: Six, sign: float) -> None:
+    roots = polynomial(b).roots()
+    real = np.sort(roots[np.abs(roots.imag) < 1e-6].real)
+    # Well apart from each other, from the ends, and from pairs that are nearly real, whose number would be doubtful.
+    assume(np.all(np.abs(real - 1.0) > 1e-3) and np.all(np.diff(real) > 1e-3))
+    assume(np.all((np.abs(roots.imag) > 1e-3) | (np.abs(roots.imag) < 1e-6)))
+    inside = real[(real > 0.0) & (real < 1.0)]
+    found = first_zero((sign * b[0], sign * b[1], sign * b[2], sign * b[3], sign * b[4], sign * b[5]), sign)
+    if len(inside) > 0:
+        assert abs(found - inside[0]) < 1e-9
+    else:
+        assert found == math.inf
+
+
+inner = st.floats(0.05, 0.95)
+positive = st.tuples(*[st.floats(0.5, 2.0)] * 4).map(lambda c: Polynomial(c))
+
+
+@some
+@given(root=inner, rest=positive, depth=st.floats(1e-12, 1e-4))
+def test_a_dip_is_seen_if_it_reaches_zero(root: float, rest: Polynomial, depth: float) -> None:
+    """Next to a double zero: two zeros on one side, none on the other."""
+    dip = Polynomial([-root, 1.0]) ** 2 * rest
+    first, _ = np.sort((root - np.sqrt(depth / rest(root)), root + np.sqrt(depth / rest(root))))
+    found = first_zero(bernstein(dip - depth), 1.0)
+    assert abs(found - first) < 1e-6 + 10.0 * depth
+    assert abs((dip - depth)(found)) < 1e-13
+    assert first_zero(bernstein(dip + depth), 1.0) == math.inf
+
+
+@some
+@given(root=inner, rest=positive)
+def test_double_zero(root: float, rest: Polynomial) -> None:
+    """Whether it counts as a zero is up to the rounding; if so it is in the right place."""
+    found = first_zero(bernstein(Polynomial([-root, 1.0]) ** 2 * rest), 1.0)
+    assert found == math.inf or abs(found - root) < 1e-6
+
+
+@some
+@given(b=st.tuples(*[st.floats(1e-300, 1e300)] * 6), sign=signs)
+def test_no_zero_where_all_coefficients_have_one_sign(b: Six, sign: float) -> None:
+    assert first_zero((sign * b[0], sign * b[1], sign * b[2], sign * b[3], sign * b[4], sign * b[5]), sign) == math.inf
+
+
+def test_zero_at_the_end() -> None:
+    assert first_zero((1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 1.0) == 1.0
