@@ -76,13 +76,13 @@ def simulate(problem: Problem, strides: float = 1.0, rtol: float = 1e-10, atol: 
         begin, end = step * t_des, (step + 1) * t_des
         fresh = (step - problem.offset) % 2 == 0
         whole = np.append(state, np.zeros(6 - len(state)))
-        for leg in np.flatnonzero(fresh):
+        for leg in np.flatnonzero(fresh).tolist():
             walk.feet[leg] = problem.foot(leg, whole)
         walk.down |= fresh
         walk.since[fresh] = begin
         t, window = begin, begin + IGNORED * t_des
         while t < end:
-            watched = np.flatnonzero(walk.down & ~(fresh & (t < window)))
+            watched = np.flatnonzero(walk.down & ~(fresh & (t < window))).tolist()
             solution = solve_ivp(
                 walk.rates,
                 (t, window if t < window else end),

@@ -1,4 +1,4 @@
-"""The strides that are timed: the six of tests/reference/strides.csv, and a dozen gaits; as point mass and rigid body."""
+"""The strides that are timed, of a point mass and of a rigid body: the six of strides.csv, and a dozen gaits."""
 
 import csv
 import math
@@ -61,16 +61,7 @@ class Subject:
         starts[1:, SPEED, 0] *= rng.uniform(0.99, 1.01, JITTER - 1)
         starts[1:, HEADING, 0] += rng.uniform(-0.01, 0.01, JITTER - 1)
         if derivatives:
-            rows = (
-                (SPEED, HEADING, START_YAW, START_YAW_RATE, TURN)
-                if rigid
-                else (
-                    SPEED,
-                    HEADING,
-                    DX,
-                    DY,
-                )
-            )
+            rows = (SPEED, HEADING, *((START_YAW, START_YAW_RATE, TURN) if rigid else (DX, DY)))
             for d, row in enumerate(rows, start=1):
                 starts[:, row, d] = 1.0
             for leg, pair in enumerate(setting.pair):

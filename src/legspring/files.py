@@ -4,6 +4,12 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PathLike = str | os.PathLike[str]
 
@@ -27,7 +33,7 @@ def check_output(path: PathLike, suffixes: Sequence[str]) -> None:
     """
     target = Path(path)
     if target.suffix.lower() not in suffixes:
-        raise ValueError(f"{target}: should end in {' or '.join(suffixes)}")
+        raise ValueError(f"{target}: should end in {', '.join(suffixes)}")
     if target.is_dir():
         raise IsADirectoryError(f"{target}: is a directory; should be a file")
     if not target.parent.is_dir():
@@ -47,3 +53,43 @@ def whole_file(path: PathLike) -> Iterator[Path]:
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def make_directory(path: PathLike) -> None:
+    """Make sure that there is a directory to write files to, before any work is done for them.
+
+    Raises
+    ------
+    OSError
+        If the path is a file, or the directory can be neither made nor written to.
+    """
+    directory = Path(path)
+    if directory.exists() and not directory.is_dir():
+        raise NotADirectoryError(f"{directory}: is a file; should be a directory")
+    if not directory.parent.is_dir():
+        raise FileNotFoundError(f"{directory}: the directory {directory.parent} should exist")
+    directory.mkdir(exist_ok=True)
+    if not os.access(directory, os.W_OK):
+        raise PermissionError(f"{directory}: should be writable")
+
+
+def save_csv(dataset: "xr.Dataset", path: PathLike) -> None:
+    """Save the time series of a simulation as a table: a row for each time, a column such as force_FL_lateral.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.simulate`; its events, which have times of their own, are left out.
+    path
+        The file; it appears whole, or not at all.
+    """
+    columns = {"time": dataset["time"].values}
+    for name, series in dataset.data_vars.items():
+        if series.dims[0] == "time":
+            labels = [[str(label) for label in dataset[dim].values] for dim in series.dims[1:]]
+            for index in np.ndindex(series.shape[1:]):
+                place = [labels[axis][number] for axis, number in enumerate(index)]
+                columns["_".join([str(name), *place])] = series.values[:, *index]
+    with whole_file(path) as file:
+        table = np.column_stack(list(columns.values()))
+        np.savetxt(file, table, fmt="%.12g", delimiter=",", header=",".join(columns), comments="")

@@ -1,11 +1,13 @@
 """The first zero of a quintic in Bernstein's form."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 
 from legspring.kernel.events import first_zero
 
@@ -28,20 +30,33 @@ def bernstein(p: Polynomial) -> Six:
     return b[0], b[1], b[2], b[3], b[4], b[5]
 
 
+def zeros(b: Six) -> NDArray[np.float64]:
+    """Zeros in (0, 1) by NumPy; rejects what has zeros near each other, near 1, or nearly real ones."""
+    roots = polynomial(b).roots()
+    is_real = np.abs(roots.imag) < 1e-6
+    real = np.sort(roots[is_real].real)
+    assume(np.all(is_real | (np.abs(roots.imag) > 0.01)))
+    assume(np.all(np.abs(real - 1.0) > 0.01) and np.all(np.diff(real) > 0.01))
+    return np.asarray(real[(real > 0.0) & (real < 1.0)])
+
+
 @some
 @given(st.tuples(st.integers(1, 20).map(float), whole, whole, whole, whole, whole), signs)
-def test_first_zero_of_any_quintic(b: Six, sign: float) -> None:
-    roots = polynomial(b).roots()
-    real = np.sort(roots[np.abs(roots.imag) < 1e-6].real)
-    # Well apart from each other, from the ends, and from pairs that are nearly real, whose number would be doubtful.
-    assume(np.all(np.abs(real - 1.0) > 1e-3) and np.all(np.diff(real) > 1e-3))
-    assume(np.all((np.abs(roots.imag) > 1e-3) | (np.abs(roots.imag) < 1e-6)))
-    inside = real[(real > 0.0) & (real < 1.0)]
+def test_first_zero_is_never_passed(b: Six, sign: float) -> None:
+    expected = zeros(b)
     found = first_zero((sign * b[0], sign * b[1], sign * b[2], sign * b[3], sign * b[4], sign * b[5]), sign)
-    if len(inside) > 0:
-        assert abs(found - inside[0]) < 1e-9
+    if len(expected) > 0:
+        assert 0.0 < found < expected[0] + 1e-11
     else:
         assert found == math.inf
+
+
+@some
+@given(drops=st.tuples(*[st.floats(0.5, 2.0)] * 5), share=st.floats(0.05, 0.95))
+def test_first_zero_where_the_quintic_falls_steadily(drops: Sequence[float], share: float) -> None:
+    a, b, c, d, e, f = share * sum(drops) - np.cumsum([0.0, *drops])
+    (expected,) = zeros((a, b, c, d, e, f))
+    assert abs(first_zero((a, b, c, d, e, f), 1.0) - expected) < 1e-8
 
 
 inner = st.floats(0.05, 0.95)

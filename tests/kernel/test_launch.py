@@ -49,7 +49,6 @@ def test_touch_downs_at_any_time(make: Make, seed: int) -> None:
     begin, end = walk.state(0.0), walk.state(4.0)
     work = np.sum(leg_work(walk.tape, 0.0, 4.0)) / problem.t_des**2
     work -= problem.gravity * np.sin(problem.slope) * (end[1] - begin[1])
-    squares = [
-        state[2:4] @ state[2:4] + (problem.inertia or 0.0) / problem.mass * state[5] ** 2 for state in (begin, end)
-    ]
-    assert work == pytest.approx((squares[1] - squares[0]) / 2, abs=1e-10 * problem.speed**2)
+    spin = (problem.inertia or 0.0) / problem.mass
+    energies = [(state[2:4] @ state[2:4] + spin * state[5] ** 2) / 2 for state in (begin, end)]
+    assert work == pytest.approx(energies[1] - energies[0], abs=1e-10 * problem.speed**2)

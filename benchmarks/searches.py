@@ -1,0 +1,45 @@
+"""Gaits as the solutions that they are, and the kernel's search for them."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from legspring.gait import Gait
+from legspring.kernel.newton import find_zeros, new_problem
+from legspring.setting import Setting
+from legspring.solve import MOST_ITERATIONS
+
+Floats = NDArray[np.float64]
+Solve = Callable[[Floats], tuple[NDArray[np.int64], Floats, int]]
+
+
+def unknowns(gait: Gait) -> Floats:
+    """Return a point mass's gait as a solution: speed in units of v_des, phases."""
+    return np.array([gait.speed / gait.setting.desired_speed, *gait.phase])
+
+
+def difference(a: Floats, b: Floats) -> float:
+    """Largest difference of two solutions, the phases' modulo 2 pi."""
+    gap = a - b
+    gap[1:] = (gap[1:] + np.pi) % (2.0 * np.pi) - np.pi
+    return float(np.max(np.abs(gap)))
+
+
+def solver(setting: Setting, heading: float, accuracy: float, goal: float) -> Solve:
+    """Return what solves the conditions of a gait from each row of an array, in place.
+
+    It returns how each search ended, the residuals, and the number of steps simulated.
+    """
+    stride, scale = setting.step_length, setting.error_scale(accuracy)
+    w, start = new_problem(
+        setting.body,
+        setting.legs(np.zeros(len(setting.actuation))),
+        setting.side,
+        setting.offset,
+        setting.pair,
+        heading,
+        stride,
+        setting.rows,
+    )
+    return lambda z: find_zeros(w, start, setting.pair, stride, z, scale, goal, MOST_ITERATIONS)

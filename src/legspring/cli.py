@@ -1,0 +1,516 @@
+"""The command `legspring`.
+
+Slow imports stay inside the commands, so that ``legspring --help`` answers at once.
+"""
+
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
+
+import typer
+from typer.core import TyperGroup
+
+import legspring
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from legspring.gait import Gait
+    from legspring.solve import Search
+
+T = TypeVar("T")
+
+BAD_INPUT, NO_GAIT, INTERRUPTED = 2, 1, 130
+"""Exit statuses other than 0."""
+
+
+class Commands(TyperGroup):
+    """Commands of which every error is one line on the error stream."""
+
+    def main(self, args: Sequence[str] | None = None, *rest: Any, **options: Any) -> NoReturn:
+        """Run a command and exit; without any arguments, show the help."""
+        given = sys.argv[1:] if args is None else args
+        options["standalone_mode"] = False
+        try:
+            status = super().main(args if given else ["--help"], *rest, **options)
+        except typer.TyperException as error:
+            fail(error.format_message())
+        except OSError as error:
+            fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        except (ValueError, ArithmeticError) as error:
+            fail(str(error))
+        if status == INTERRUPTED:
+            fail("interrupted", INTERRUPTED)
+        sys.exit(status)
+
+
+def fail(message: str, status: int = BAD_INPUT) -> NoReturn:
+    """Exit with one line on the error stream."""
+    typer.echo(f"legspring: {' '.join(message.split())}", err=True)
+    sys.exit(status)
+
+
+def reading(kind: Callable[[str], T], words: str) -> Callable[[str], T]:
+    """Return a parser whose error says what was read, and what should have been."""
+
+    def read(text: str) -> T:
+        try:
+            return kind(text)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r}: should be {words}") from None
+
+    return read
+
+
+number, integer = reading(float, "a number"), reading(int, "a whole number")
+
+app = typer.Typer(
+    cls=Commands,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+AnimalName = Annotated[
+    str,
+    typer.Argument(metavar="ANIMAL", help="A preset's name, such as cockroach, or a TOML file.", show_default=False),
+]
+Slope = Annotated[
+    float,
+    typer.Option(parser=number, metavar="DEG", help="Slope in degrees, uphill positive.", show_default=False),
+]
+Heading = Annotated[
+    float,
+    typer.Option(
+        parser=number,
+        metavar="RAD",
+        help="Initial heading in radians, counter-clockwise from uphill.",
+        show_default=False,
+    ),
+]
+Family = Annotated[str | None, typer.Option(help="Only this family: which pairs of legs push, by the animal's label.")]
+Branch = Annotated[
+    int | None,
+    typer.Option(
+        parser=integer,
+        metavar="NUMBER",
+        help="Number of the gait, as in the list of gaits; by default the first one there is.",
+    ),
+]
+Actuation = Annotated[
+    str | None,
+    typer.Option(
+        metavar="F,M,B", help="Magnitude of the actuation of each pair of legs in m; the animal's by default."
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
+FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
+
+
+def show_version(wanted: bool) -> None:
+    """Print the version and exit."""
+    if wanted:
+        typer.echo(f"legspring {legspring.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def describe(
+    version: Annotated[
+        bool, typer.Option("--version", callback=show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Reduced-order models of legged locomotion: gaits of planar bodies on springy legs.
+
+    Slopes are in degrees and headings in radians, as in the field. The first run compiles for about a minute.
+    """
+
+
+@app.command()
+def presets() -> None:
+    """List the animals that come with Legspring, one a line.
+
+    Example: legspring presets
+    """
+    from legspring.model import presets
+
+    for name in presets():
+        typer.echo(name)
+
+
+@app.command()
+def gaits(
+    animal: AnimalName,
+    slope: Slope,
+    heading: Heading,
+    family: Family = None,
+    actuation: Actuation = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Find all gaits at one slope and heading; --figure draws the first one.
+
+    Example: legspring gaits cockroach --slope 45 --heading 0.15
+    """
+    check_figure(figure)
+    search = search_at(animal, slope, heading, family, actuation)
+    if as_json:
+        print_json([describe_gait(gait) for gait in search.gaits])
+    elif search.gaits:
+        print_gaits(search)
+    else:
+        typer.echo(no_gait(search, slope, heading))
+    if figure is not None and search.gaits:
+        from legspring.figures import draw_gait, save_figure
+
+        save_figure(draw_gait(search.gaits[0]), figure)
+
+
+@app.command()
+def simulate(
+    animal: AnimalName,
+    slope: Slope,
+    heading: Heading,
+    branch: Branch = None,
+    family: Family = None,
+    speed: Annotated[
+        float | None,
+        typer.Option(parser=number, metavar="M/S", help="Initial speed in m/s, for a start that is no gait."),
+    ] = None,
+    phase: Annotated[
+        str | None,
+        typer.Option(
+            metavar="F,M,B",
+            help="Phase of each pair of legs in degrees, for a start that is no gait.",
+            show_default=False,
+        ),
+    ] = None,
+    actuation: Actuation = None,
+    strides: Annotated[float, typer.Option(parser=number, metavar="NUMBER", help="How long; a multiple of 0.5.")] = 2.0,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Save the time series: .nc (netCDF) or .csv (without events).")
+    ] = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Simulate a gait, or any start given by --speed, --phase and --family.
+
+    Example: legspring simulate cockroach --slope 45 --heading 0.15 --strides 4 --out run.nc --figure run.png
+
+    Example: legspring simulate cockroach --slope 0 --heading 0.15 --speed 0.375 --phase 63,4,-49 --family A
+    """
+    if out is not None:
+        from legspring.files import check_output
+
+        check_output(out, [".nc", ".csv"])
+    check_figure(figure)
+    if speed is None and phase is None:
+        gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
+        run, about = gait.simulate(strides), {"family": gait.family, "branch": gait.branch}
+    else:
+        if speed is None or phase is None or family is None or branch is not None:
+            raise ValueError("a start that is no gait should have --speed, --phase and --family, and no --branch")
+        run = simulate_start(animal, slope, heading, speed, phase, family, actuation, strides)
+        about = {"family": family, "branch": None}
+    print_run(run, about, strides, as_json)
+    save_run(run, out, figure)
+
+
+@app.command()
+def recover(
+    animal: AnimalName,
+    slope: Slope,
+    heading: Heading,
+    impulse: Annotated[
+        float,
+        typer.Option(parser=number, metavar="NUMBER", help="Sideways impulse in units of m v_des, > 0 to the right."),
+    ] = 0.5,
+    branch: Branch = None,
+    family: Family = None,
+    actuation: Actuation = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Push a gait sideways in its first step and count the steps until it is back.
+
+    Example: legspring recover cockroach --slope 45 --heading 0.15 --impulse 0.5
+    """
+    check_figure(figure)
+    gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
+    recovery = gait.recover(impulse)
+    if as_json:
+        about = {name: getattr(gait, name) for name in ("family", "branch", "slope_deg", "heading")}
+        outcome = {
+            name: getattr(recovery, name) for name in ("impulse", "steps", "recovered", "other_gait", "distance")
+        }
+        print_json([about | outcome])
+    else:
+        elsewhere = "settled on another gait" if recovery.other_gait else "not back within 50 strides"
+        steps = elsewhere if recovery.steps is None else f"back after {recovery.steps} steps"
+        typer.echo(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
+    if figure is not None:
+        from legspring.figures import draw_recovery, save_figure
+
+        save_figure(draw_recovery(recovery), figure)
+
+
+@app.command()
+def atlas(
+    animal: AnimalName,
+    out: Annotated[Path, typer.Option(metavar="FILE.nc", help="The netCDF file to write.", show_default=False)],
+    slopes: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Slopes in degrees.")] = "0:90:5",
+    headings: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Headings in radians.")] = "0:0.45:0.05",
+    no_recovery: Annotated[bool, typer.Option("--no-recovery", help="Do not push every gait sideways.")] = False,
+    actuation: Actuation = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis into this directory.")
+    ] = None,
+) -> None:
+    """Map all gaits over slope and heading into a netCDF file.
+
+    Example: legspring atlas cockroach --out atlas.nc --figures maps
+
+    Example: legspring atlas cockroach --out coarse.nc --slopes 0:90:15 --headings 0.05,0.15 --no-recovery
+    """
+    from legspring.files import check_output, make_directory
+    from legspring.model import load_animal
+
+    slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
+    check_output(out, [".nc"])
+    if figures is not None:
+        make_directory(figures)
+    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    from legspring import sweep
+
+    maps = sweep.atlas(
+        creature,
+        slopes_deg=slopes_deg,
+        headings=radians,
+        actuation=magnitudes,
+        impulses=() if no_recovery else sweep.IMPULSES,
+        progress=sys.stderr.isatty(),
+    )
+    sweep.save(maps, out)
+    found = maps["family"].values != ""
+    cells = found.any(axis=-1)
+    typer.echo(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
+    if figures is not None:
+        draw_chapter_4(maps, figures)
+
+
+def parse_numbers(name: str, text: str | None) -> tuple[float, ...] | None:
+    """Read numbers separated by commas."""
+    if text is None:
+        return None
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"{name} = {text!r}: should be numbers separated by commas") from None
+
+
+def parse_grid(name: str, text: str) -> tuple[float, ...]:
+    """Read START:STOP:STEP, the stop included, or numbers separated by commas."""
+    if ":" not in text:
+        return parse_numbers(name, text) or ()
+    try:
+        start, stop, step = (float(part) for part in text.split(":"))
+        count = math.floor((stop - start) / step + 1e-9) + 1
+        if step > 0.0 and 1 <= count <= 10_000:
+            return tuple(round(start + number * step, 12) for number in range(count))
+    except (ValueError, ArithmeticError):
+        pass
+    raise ValueError(f"{name} = {text!r}: should be START:STOP:STEP, rising, or numbers separated by commas")
+
+
+def check_figure(path: Path | None) -> None:
+    """Make sure that a figure can be saved, if one is wanted."""
+    if path is not None:
+        from legspring.figures.style import SUFFIXES
+        from legspring.files import check_output
+
+        check_output(path, SUFFIXES)
+
+
+@contextmanager
+def patience(words: str) -> Iterator[None]:
+    """Tell somebody who looks at a terminal what is going on."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status(f"{words} (the first run compiles for about a minute) ..."):
+        yield
+
+
+def search_at(animal: str, slope: float, heading: float, family: str | None, actuation: str | None) -> "Search":
+    """Search for the gaits that a command is about."""
+    from legspring.model import load_animal
+
+    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    with patience("searching for gaits"):
+        from legspring.solve import search_gaits
+
+        return search_gaits(creature, slope_deg=slope, heading=heading, family=family, actuation=magnitudes)
+
+
+def choose_gait(search: "Search", slope: float, heading: float, branch: int | None) -> "Gait":
+    """Return the gait of a branch, by default the first; exit if there is none at all."""
+    if not search.gaits:
+        fail(no_gait(search, slope, heading), NO_GAIT)
+    if branch is None:
+        return search.gaits[0]
+    for gait in search.gaits:
+        if gait.branch == branch:
+            return gait
+    offered = ", ".join(str(gait.branch) for gait in search.gaits)
+    raise ValueError(f"--branch = {branch}: should be one of {offered}")
+
+
+def no_gait(search: "Search", slope: float, heading: float) -> str:
+    """Say that there is no gait, and why."""
+    return f"no gait at slope {slope:g} deg and heading {heading:g} rad; {search.summary()}"
+
+
+def simulate_start(
+    animal: str,
+    slope: float,
+    heading: float,
+    speed: float,
+    phase: str,
+    family: str,
+    actuation: str | None,
+    strides: float,
+) -> "xr.Dataset":
+    """Simulate a start that need not be a gait; phases in degrees."""
+    from legspring.model import load_animal
+
+    creature, degrees = load_animal(animal), parse_numbers("--phase", phase) or ()
+    if len(degrees) != len(creature.pairs) or not all(map(math.isfinite, degrees)):
+        raise ValueError(
+            f"--phase = {phase!r}: should be one angle for each of {', '.join(creature.pairs)}, in degrees"
+        )
+    with patience("simulating"):
+        return legspring.simulate(
+            creature,
+            slope_deg=slope,
+            heading=heading,
+            speed=speed,
+            phase=[math.radians(angle) for angle in degrees],
+            family=family,
+            actuation=parse_numbers("--actuation", actuation),
+            strides=strides,
+        )
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON can hold it: arrays as lists, complex numbers as [re, im], what is missing as null."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    match value:
+        case list() | tuple():
+            return [plain(part) for part in value]
+        case complex():
+            return [value.real, value.imag]
+        case float() if not math.isfinite(value):
+            return None
+    return value
+
+
+def print_json(records: Sequence[Mapping[str, Any]]) -> None:
+    """Print a list of flat objects, one a line."""
+    objects = [{name: plain(value) for name, value in record.items()} for record in records]
+    lines = ",\n ".join(json.dumps(record, allow_nan=False) for record in objects)
+    typer.echo(f"[{lines}]")
+
+
+ATTRIBUTES = (
+    *("family", "branch", "slope_deg", "heading", "speed", "phase", "actuation", "yaw", "yaw_rate", "liftoff"),
+    *("residual", "drift", "grazing", "reduced_eigenvalue", "multipliers", "transport_cost", "peak_force"),
+)
+"""What is said about a gait in JSON; the net force is added in two parts."""
+
+
+def describe_gait(gait: "Gait") -> dict[str, Any]:
+    """Return what a gait has to say for itself, by the names of its attributes."""
+    high, low = gait.net_force
+    return {name: getattr(gait, name) for name in ATTRIBUTES} | {"net_force_max": high, "net_force_min": low}
+
+
+def print_gaits(search: "Search") -> None:
+    """Print a table of gaits, and what else was met."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    first = search.gaits[0]
+    pairs = ", ".join(first.animal.pairs)
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), title_justify="left")
+    table.title = f"{first.animal.name}: slope {first.slope_deg:g} deg, heading {first.heading:g} rad"
+    for name in ("branch", "family"):
+        table.add_column(name)
+    for name in (
+        "speed\n(m/s)",
+        f"phase {pairs}\n(deg)",
+        "reduced\neigenvalue",
+        "largest\nmultiplier",
+        "transport\ncost",
+    ):
+        table.add_column(name, justify="right", no_wrap=True)
+    for gait in search.gaits:
+        phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in gait.phase)
+        measures = (gait.reduced_eigenvalue, abs(gait.multipliers[0]), gait.transport_cost)
+        row = (str(gait.branch), gait.family, f"{gait.speed:.4f}", phases)
+        table.add_row(*row, *(f"{measure:.4f}" for measure in measures))
+    Console(highlight=False).print(table)
+    typer.echo(search.summary())
+
+
+def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_json: bool) -> None:
+    """Print where a simulation started and ended."""
+    end = run.isel(time=-1)
+    last = {"strides": strides, "displacement": end["position"].values, "velocity": end["velocity"].values}
+    record = {**run.attrs, **about, **last}
+    if as_json:
+        print_json([record])
+        return
+    phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in record["phase"])
+    (dx, dy), (vx, vy) = record["displacement"], record["velocity"]
+    typer.echo(
+        f"{record['animal']}, family {record['family']}, slope {record['slope_deg']:g} deg, phases {phases} deg\n"
+        f"start: heading {record['heading']:g} rad, speed {record['speed']:.4f} m/s\n"
+        f"after {strides:g} strides, {end['time'].item():.4f} s: {1e3 * dy:.2f} mm uphill, {1e3 * dx:+.2f} mm to the "
+        f"right, heading {math.atan2(-vx, vy) - end['yaw'].item():.4f} rad, speed {math.hypot(vx, vy):.4f} m/s"
+    )
+
+
+def save_run(run: "xr.Dataset", out: Path | None, figure: Path | None) -> None:
+    """Save a simulation's time series and figure, where they are wanted."""
+    if out is not None:
+        from legspring import sweep
+        from legspring.files import save_csv
+
+        (save_csv if out.suffix.lower() == ".csv" else sweep.save)(run, out)
+    if figure is not None:
+        from legspring.figures import draw_simulation, save_figure
+
+        save_figure(draw_simulation(run), figure)
+
+
+def draw_chapter_4(maps: "xr.Dataset", directory: Path) -> None:
+    """Draw the figures of chapter 4 that an atlas gives, and say which it does not."""
+    from legspring.figures import save_figure
+    from legspring.figures.peterson2011 import CHAPTER_4
+
+    for number, draw in CHAPTER_4.items():
+        path = directory / f"figure_{number.replace('.', '_')}.png"
+        try:
+            save_figure(draw(maps), path)
+        except ValueError as error:
+            typer.echo(f"left out {path.name}: {error}", err=True)
+        else:
+            typer.echo(path)
