@@ -9,15 +9,15 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 from benchmarks.figures import Figure
 
 HERE = Path(__file__).resolve().parent
 FIRST_GAIT = "import legspring as ls; ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]"
-HELP = "import sys; sys.argv = ['legspring', '--help']; from legspring.cli import app; app()"
+COMMAND = "from legspring.cli import app; app()"
 ATLAS = """
 import json, resource, sys, time
 import legspring as ls
@@ -36,8 +36,17 @@ print(json.dumps(result))
 """
 
 
-def run(*arguments: str, cache: str | None = None) -> tuple[float, str]:
-    """Run Python; return how long that took, s, and what it printed.
+@dataclass(frozen=True)
+class Done:
+    """A process that has ended: time from its start to its end, time of the processor, s, and what it printed."""
+
+    wall: float
+    cpu: float
+    printed: str
+
+
+def run(*arguments: str | Path, cache: str | None = None) -> Done:
+    """Run a program.
 
     Raises
     ------
@@ -45,27 +54,27 @@ def run(*arguments: str, cache: str | None = None) -> tuple[float, str]:
         If it fails.
     """
     environment = os.environ | ({"NUMBA_CACHE_DIR": cache} if cache else {})
-    begin = time.perf_counter()
-    done = subprocess.run([sys.executable, *arguments], env=environment, capture_output=True, text=True)
-    wall = time.perf_counter() - begin
+    begin, used = time.perf_counter(), os.times()
+    done = subprocess.run(arguments, env=environment, capture_output=True, text=True)
+    wall, after = time.perf_counter() - begin, os.times()
     if done.returncode:
-        raise RuntimeError(f"python {arguments[0]} ... failed: {done.stderr.strip()[-2000:]}")
-    return wall, done.stdout
+        raise RuntimeError(f"{arguments} failed: {done.stderr.strip()[-2000:]}")
+    cpu = after.children_user + after.children_system - used.children_user - used.children_system
+    return Done(wall, cpu, done.stdout)
 
 
-def typical(*arguments: str, rounds: int) -> float:
-    """Median time of running Python, s, after a first time that does not count."""
+def typical(*arguments: str | Path, rounds: int) -> Done:
+    """Return the run whose time is the median, after a first one that does not count."""
     run(*arguments)
-    return median(run(*arguments)[0] for _ in range(rounds))
+    return sorted((run(*arguments) for _ in range(rounds)), key=lambda done: done.wall)[rounds // 2]
 
 
-def cold(quick: bool) -> list[Figure]:
+def cold(_: bool) -> list[Figure]:
     """Compile everything, once."""
     with tempfile.TemporaryDirectory() as cache:
-        wall, printed = run(str(HERE / "compiling.py"), cache=cache)
-        detail: dict[str, Any] = json.loads(printed)
+        done = run(sys.executable, str(HERE / "compiling.py"), cache=cache)
         size = sum(path.stat().st_size for path in Path(cache).rglob("*") if path.is_file())
-    detail |= {"process_s": wall, "cache_mb": size / 1e6}
+    detail: dict[str, Any] = json.loads(done.printed) | {"process_cpu_s": done.cpu, "cache_mb": size / 1e6}
     return [
         Figure("compiling, once", detail["compiling_s"], "s", 45.0, 15.0, detail=detail),
         Figure("from the shell to a first gait, nothing cached", detail["first_gait_s"], "s"),
@@ -74,20 +83,17 @@ def cold(quick: bool) -> list[Figure]:
 
 def cached(quick: bool) -> list[Figure]:
     """Start anew, everything compiled."""
-    rounds = 3 if quick else 7
-    bare = typical("-c", "pass", rounds=rounds)
-    imports = typical("-c", "import numba, scipy.integrate", rounds=rounds)
-    detail = {"bare_python_s": bare, "importing_numba_and_scipy_s": imports}
-    first = typical("-c", FIRST_GAIT, rounds=rounds)
-    figures = [Figure("from the shell to a first gait, cached", first, "s", 2.0, 1.0, detail=detail)]
+    rounds = 3 if quick else 9
+    bare = typical(sys.executable, "-c", "pass", rounds=rounds)
+    imports = typical(sys.executable, "-c", "import numba, scipy.integrate", rounds=rounds)
+    first = typical(sys.executable, "-c", FIRST_GAIT, rounds=rounds)
     command = Path(sys.executable).parent / "legspring"
-    arguments = (str(command), "--help") if command.exists() else ("-c", HELP)
-    try:
-        helping = typical(*arguments, rounds=rounds)
-    except RuntimeError as error:
-        print(f"No figure for legspring --help: {error}", file=sys.stderr)
-        return figures
-    return [*figures, Figure("legspring --help", helping, "s", 0.3, 0.15, detail={"bare_python_s": bare})]
+    shown = typical(*([command] if command.exists() else [sys.executable, "-c", COMMAND]), "--help", rounds=rounds)
+    detail = {"cpu_s": first.cpu, "bare_python_s": bare.wall, "importing_numba_and_scipy_s": imports.wall}
+    return [
+        Figure("from the shell to a first gait, cached", first.wall, "s", 2.0, 1.0, detail=detail),
+        Figure("legspring --help", shown.wall, "s", 0.3, 0.15, detail={"cpu_s": shown.cpu}),
+    ]
 
 
 def atlas(quick: bool) -> list[Figure]:
@@ -96,8 +102,9 @@ def atlas(quick: bool) -> list[Figure]:
     cases = [("2", "without", 8.0, 2.0), ("1", "without", None, None)]
     cases += [] if quick else [("2", "with", None, None), ("1", "with", None, None)]
     for workers, recovery, must, aim in cases:
-        run("-c", ATLAS, workers, recovery)
-        results = [json.loads(run("-c", ATLAS, workers, recovery)[1]) for _ in range(1 if quick else 3)]
+        command = (sys.executable, "-c", ATLAS, workers, recovery)
+        run(*command)
+        results = [json.loads(run(*command).printed) for _ in range(1 if quick else 3)]
         middle = sorted(results, key=lambda result: float(result["wall_s"]))[len(results) // 2]
         name = f"whole atlas, {recovery} recovery, on {workers} core{'s' if workers > '1' else ''}"
         peak = middle.pop("peak") / (2**20 if sys.platform == "darwin" else 2**10)

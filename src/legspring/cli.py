@@ -158,16 +158,16 @@ def gaits(
     """
     check_figure(figure)
     search = search_at(animal, slope, heading, family, actuation)
+    if figure is not None and search.gaits:
+        from legspring.figures import draw_gait, save_figure
+
+        save_figure(draw_gait(search.gaits[0]), figure)
     if as_json:
         print_json([describe_gait(gait) for gait in search.gaits])
     elif search.gaits:
         print_gaits(search)
     else:
         typer.echo(no_gait(search, slope, heading))
-    if figure is not None and search.gaits:
-        from legspring.figures import draw_gait, save_figure
-
-        save_figure(draw_gait(search.gaits[0]), figure)
 
 
 @app.command()
@@ -216,8 +216,8 @@ def simulate(
             raise ValueError("a start that is no gait should have --speed, --phase and --family, and no --branch")
         run = simulate_start(animal, slope, heading, speed, phase, family, actuation, strides)
         about = {"family": family, "branch": None}
-    print_run(run, about, strides, as_json)
     save_run(run, out, figure)
+    print_run(run, about, strides, as_json)
 
 
 @app.command()
@@ -242,6 +242,10 @@ def recover(
     check_figure(figure)
     gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
     recovery = gait.recover(impulse)
+    if figure is not None:
+        from legspring.figures import draw_recovery, save_figure
+
+        save_figure(draw_recovery(recovery), figure)
     if as_json:
         about = {name: getattr(gait, name) for name in ("family", "branch", "slope_deg", "heading")}
         outcome = {
@@ -252,10 +256,6 @@ def recover(
         elsewhere = "settled on another gait" if recovery.other_gait else "not back within 50 strides"
         steps = elsewhere if recovery.steps is None else f"back after {recovery.steps} steps"
         typer.echo(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
-    if figure is not None:
-        from legspring.figures import draw_recovery, save_figure
-
-        save_figure(draw_recovery(recovery), figure)
 
 
 @app.command()

@@ -175,8 +175,8 @@ class Setting:
     def error_scale(self, accuracy: float = ACCURACY) -> float:
         """Largest error estimate of a step (m) for the states to be accurate to the given relative accuracy.
 
-        The estimates of a stride add up to about a third of the error that it ends with.
+        The errors that a stride ends with are up to twice as large as the estimate of a step.
         """
         if not 1e-14 <= accuracy <= 1e-3:
             raise ValueError(f"accuracy = {accuracy!r}: must be from 1e-14 to 1e-3")
-        return 3.0 * accuracy * max(leg.length for leg in self.animal.legs)
+        return 0.4 * accuracy * max(leg.length for leg in self.animal.legs)

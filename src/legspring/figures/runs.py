@@ -125,17 +125,21 @@ def _draw_path(axes: Axes, run: xr.Dataset, colours: Sequence[str]) -> None:
 
 
 def _draw_legs(axes: Axes, run: xr.Dataset, hips: Floats) -> None:
-    """Draw the body and its legs in stance at some instants, the later the darker."""
+    """Draw the centre of mass and, from there over their hips, the legs in stance; the later the darker."""
     last = run.sizes["time"] - 1
     for number in range(INSTANTS):
         now = run.isel(time=round(number * last / (INSTANTS - 1)))
         shade = 0.3 + 0.7 * number / (INSTANTS - 1)
         cosine, sine = np.cos(now["yaw"].item()), np.sin(now["yaw"].item())
         turned = hips @ np.array([[cosine, sine], [-sine, cosine]])
-        ends = 1e3 * (now["position"].values + turned), 1e3 * now["foot"].values
-        for leg, (hip, foot) in enumerate(zip(*ends, strict=True)):
-            axes.plot(*zip(hip, foot, strict=True), color=COLOURS[leg % len(COLOURS)], alpha=shade, linewidth=0.8)
-        axes.plot(*(1e3 * now["position"].values), "o", color="black", alpha=shade, markersize=5)
+        body = 1e3 * now["position"].values
+        for leg, (hip, foot) in enumerate(zip(body + 1e3 * turned, 1e3 * now["foot"].values, strict=True)):
+            if np.isnan(foot[0]):
+                continue
+            colour = COLOURS[leg % len(COLOURS)]
+            axes.plot(*zip(body, hip, strict=True), color=GRAY, alpha=shade, linewidth=0.8)
+            axes.plot(*zip(hip, foot, strict=True), color=colour, alpha=shade, linewidth=0.8)
+        axes.plot(*body, "o", color="black", alpha=shade, markersize=5)
 
 
 def _draw_velocity(axes: Axes, run: xr.Dataset) -> None:

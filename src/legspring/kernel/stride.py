@@ -271,7 +271,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
             return status
         steps += 1
         if w.y.shape[1] > 1:
-            step_tangents(s, h, w.y, w.stance, w.contacts, w.body, w.k, w.ahead)
+            step_tangents(s, h, w)
         if not record_step(s, h, w, tape) or steps > MOST_STEPS * (end - w.clock[TIME] + 1.0):
             return TOO_MANY_STEPS
         last = h == left

@@ -68,6 +68,8 @@ class Walker(NamedTuple):
     k, ahead, room, gaps
         Room for the rates at the stages of a step ``(16, n, C)``, the state at its end and inside ``(n, C)``, and
         each leg's gap with its first two rates at its start and end ``(2, L, 3)``.
+    flat_y, flat_k, flat_ahead, flat_room
+        The same memory as ``y``, ``k``, ``ahead`` and ``room``, with the last two axes made one.
     """
 
     body: Floats
@@ -81,6 +83,10 @@ class Walker(NamedTuple):
     ahead: Floats
     room: Floats
     gaps: Floats
+    flat_y: Floats
+    flat_k: Floats
+    flat_ahead: Floats
+    flat_room: Floats
 
 
 class Tape(NamedTuple):
@@ -123,18 +129,24 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
     n_legs, _, width = legs.shape
     contacts = np.zeros((n_legs, N_CONTACT))
     contacts[:, SIDE], contacts[:, OFFSET] = side, offset
+    y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
+    ahead, room = np.zeros((rows, width)), np.zeros((rows, width))
     return Walker(
         body,
         legs,
         push,
         contacts,
         np.zeros(N_CLOCK),
-        np.zeros((rows, width)),
+        y,
         np.zeros((n_legs, N_STANCE, width)),
-        np.zeros((16, rows, width)),
-        np.zeros((rows, width)),
-        np.zeros((rows, width)),
+        k,
+        ahead,
+        room,
         np.zeros((2, n_legs, 3)),
+        y.reshape(-1),
+        k.reshape(16, -1),
+        ahead.reshape(-1),
+        room.reshape(-1),
     )
 
 

@@ -1,0 +1,289 @@
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+import legspring as ls
+from legspring.figures import draw_atlas, draw_gait, draw_recovery, draw_simulation, save_figure
+from legspring.figures import peterson2011 as thesis
+from legspring.figures.maps import edges
+from legspring.figures.style import MARKERS
+from legspring.gait import Gait
+from legspring.measures.robustness import Recovery
+from legspring.setting import Setting
+
+SLOPES_DEG, HEADINGS, IMPULSES = (0.0, 20.0, 40.0), (0.0, 0.15, 0.45), (-0.5, 0.5)
+
+
+@pytest.fixture(scope="session")
+def maps() -> xr.Dataset:
+    """All four families, and no gait at (0 deg, 0) and (40 deg, 0.45)."""
+    return ls.atlas(ls.cockroach(), slopes_deg=SLOPES_DEG, headings=HEADINGS, impulses=IMPULSES)
+
+
+@pytest.fixture(scope="session")
+def gait() -> Gait:
+    return ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
+
+
+def cells(figure: Figure, panel: int = 0) -> Any:
+    """Return what a map shows, as an array with nan where there is no cell."""
+    (mesh,) = (child for child in figure.axes[panel].get_children() if isinstance(child, QuadMesh))
+    return np.ma.filled(np.ma.asarray(mesh.get_array(), dtype=float), np.nan)
+
+
+def markers(figure: Figure) -> dict[str, set[tuple[float, float]]]:
+    """Return the places of each kind of marker in a map, by its meaning."""
+    lines = [line for line in figure.axes[0].get_lines() if line.get_linestyle() == "None"]
+    places = ((np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in lines)
+    return {str(line.get_label()): set(zip(*xy, strict=True)) for line, xy in zip(lines, places, strict=True)}
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+@pytest.mark.parametrize("name", ["speed", "reduced_eigenvalue", "max_multiplier", "transport_cost", "residual"])
+def test_a_map_shows_the_data_and_nothing_else(maps: xr.Dataset, name: str, branch: int) -> None:
+    figure = draw_atlas(maps, name, branch=branch)
+    np.testing.assert_array_equal(cells(figure), maps[name].isel(branch=branch).values.T)
+    axes, bar = figure.axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("slope (deg)", "initial heading (rad)")
+    assert bar.get_ylabel().replace("\n", " ").startswith(maps[name].long_name)
+    assert axes.get_title() == ("branch 1" if branch else "")
+
+
+def test_angles_are_shown_in_degrees_and_signed_numbers_around_zero(maps: xr.Dataset) -> None:
+    figure = draw_atlas(maps, "phase", leg="B")
+    np.testing.assert_allclose(cells(figure), np.degrees(maps["phase"].sel(leg="B", branch=0).values.T))
+    assert figure.axes[1].get_ylabel() == "phase of the actuation (deg)"
+    assert figure.axes[0].get_title() == "leg B"
+    low, high = figure.axes[1].get_ylim()
+    assert low == -high < 0
+
+
+def test_cells_are_centred_on_their_points() -> None:
+    np.testing.assert_allclose(edges(np.array([0.0, 5.0, 10.0])), [-2.5, 2.5, 7.5, 12.5])
+    np.testing.assert_allclose(edges(np.array([0.0, 1.0, 4.0])), [-0.5, 0.5, 2.5, 5.5])
+    np.testing.assert_allclose(edges(np.array([15.0])), [14.5, 15.5])
+
+
+def test_every_gait_has_the_marker_of_its_family(maps: xr.Dataset) -> None:
+    figure = draw_atlas(maps, "speed")
+    family = maps["family"].isel(branch=0)
+    expected: dict[str, set[tuple[float, float]]] = {}
+    for row, slope in enumerate(SLOPES_DEG):
+        for column, heading in enumerate(HEADINGS):
+            if label := str(family.values[row, column]):
+                expected.setdefault(label, set()).add((slope, heading))
+    assert markers(figure) == expected
+    assert set(expected) == {"A", "FB", "MB", "B"}
+    shapes = {str(line.get_label()): line.get_marker() for line in figure.axes[0].get_lines()}
+    assert shapes == {"A": "s", "FB": "v", "MB": "^", "B": "o"}
+    assert not markers(draw_atlas(maps, "speed", families=False))
+
+
+def test_markers_follow_the_order_of_the_animals_families(maps: xr.Dataset) -> None:
+    renamed = maps.copy(deep=True)
+    renamed["family"].values[np.isin(renamed["family"].values, ["A", "FB", "MB"])] = "two"
+    renamed.attrs["parameters"] = '{"families": {"two": [], "B": []}}'
+    shapes = {str(line.get_label()): line.get_marker() for line in draw_atlas(renamed, "speed").axes[0].get_lines()}
+    assert shapes == {"two": MARKERS[0], "B": MARKERS[1]}
+
+
+def test_cells_without_a_gait_are_hatched(maps: xr.Dataset) -> None:
+    figure = draw_atlas(maps, "speed")
+    assert np.isnan(cells(figure)).sum() == 2
+    assert figure.axes[0].patch.get_hatch()
+    assert "no gait" in legend(figure)
+    full = draw_atlas(maps.isel(slope_deg=[1]), "speed")
+    assert not full.axes[0].patch.get_hatch() and "no gait" not in legend(full)
+
+
+def legend(figure: Figure) -> list[str]:
+    return [text.get_text() for box in figure.legends for text in box.get_texts()]
+
+
+def test_a_gait_that_does_not_recover_is_crossed_and_beyond_the_range(maps: xr.Dataset) -> None:
+    lost = maps.copy(deep=True)
+    lost["recovered"].loc[{"slope_deg": 20.0, "heading": 0.15, "impulse": 0.5}] = 0.0
+    lost["recovery_steps"].loc[{"slope_deg": 20.0, "heading": 0.15, "impulse": 0.5}] = np.nan
+    for draw, column in ((thesis.figure_4_3, HEADINGS.index(0.15)), (thesis.figure_4_4, IMPULSES.index(0.5))):
+        figure = draw(lost)
+        assert cells(figure)[column, 1] == 100.0
+        assert markers(figure)["not recovered"] == {
+            (20.0, (HEADINGS if draw is thesis.figure_4_3 else IMPULSES)[column])
+        }
+        assert "not recovered" in legend(figure)
+        assert "not recovered" not in legend(draw(maps))
+        (mesh,) = (child for child in figure.axes[0].get_children() if isinstance(child, QuadMesh))
+        assert tuple(mesh.to_rgba(np.array([100.0]))[0]) == to_rgba("#D55E00")
+
+
+def test_figure_4_1_has_speed_and_the_phases_of_all_pairs(maps: xr.Dataset) -> None:
+    figure = thesis.figure_4_1(maps)
+    here = maps.isel(branch=0)
+    np.testing.assert_array_equal(cells(figure, 0), here["speed"].values.T)
+    for panel, leg in enumerate("FMB", start=1):
+        np.testing.assert_allclose(cells(figure, panel), np.degrees(here["phase"].sel(leg=leg).values.T))
+    assert [axes.get_title()[:2] for axes in figure.axes[:4]] == ["a)", "b)", "c)", "d)"]
+
+
+@pytest.mark.parametrize(
+    ("number", "limits"),
+    [("4.1", (0.0, 0.4)), ("4.2", (0.0, 0.7)), ("4.3", (0.0, 50.0)), ("4.4", (0.0, 50.0)), ("4.5", (0.0, 2.0))],
+)
+def test_the_thesis_colour_ranges(maps: xr.Dataset, number: str, limits: tuple[float, float]) -> None:
+    mesh = next(child for child in thesis.CHAPTER_4[number](maps).axes[0].get_children() if isinstance(child, QuadMesh))
+    assert mesh.get_clim() == limits
+
+
+def test_figure_4_4_is_over_slope_and_impulse(maps: xr.Dataset) -> None:
+    figure = thesis.figure_4_4(maps)
+    expected = maps["recovery_steps"].sel(heading=0.15, branch=0).values.T
+    np.testing.assert_array_equal(cells(figure), expected)
+    assert figure.axes[0].get_ylabel() == r"sideways impulse ($m\,v_\mathrm{des}$)"
+    assert figure.axes[0].get_title() == "heading 0.15 rad"
+
+
+@pytest.mark.parametrize(
+    ("name", "at", "message"),
+    [
+        ("velocity", {}, "name = 'velocity': should be one of speed, phase"),
+        ("family", {}, "name = 'family': should be one of speed"),
+        ("phase", {}, "leg = None: should be one of F, M, B"),
+        ("phase", {"leg": "X"}, "leg = 'X': should be one of F, M, B"),
+        ("speed", {"branch": 9}, "branch = 9: should be one of 0, 1"),
+        ("speed", {"leg": "F"}, "speed has no dimension 'leg': should be one of slope_deg, heading, branch"),
+        ("recovery_steps", {"impulse": 0.3}, "impulse = 0.3: should be one of -0.5, 0.5"),
+    ],
+)
+def test_a_map_that_the_atlas_does_not_have(maps: xr.Dataset, name: str, at: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        draw_atlas(maps, name, **at)
+    assert str(caught.value).startswith(message)
+
+
+def lines(figure: Figure, panel: str) -> dict[str, Line2D]:
+    """Return the labelled lines of the panel whose vertical axis begins with these words."""
+    (axes,) = (axes for axes in figure.axes if axes.get_ylabel().startswith(panel))
+    return {str(line.get_label()): line for line in axes.get_lines() if not str(line.get_label()).startswith("_")}
+
+
+def test_a_gait_is_drawn_over_one_stride(gait: Gait) -> None:
+    figure = draw_gait(gait)
+    run = gait.simulate(strides=1)
+    path = lines(figure, "fore-aft, uphill (mm)")["centre of mass"]
+    np.testing.assert_allclose(np.array(path.get_data()).T, 1e3 * run["position"].values)
+    for axis in ("lateral", "fore_aft"):
+        drawn = lines(figure, axis.replace("_", "-") + "\n")
+        assert list(drawn) == ["sum", *run["leg"].values]
+        force = run["force"].sel(axis=axis)
+        np.testing.assert_allclose(np.asarray(drawn["sum"].get_ydata(), dtype=float), force.sum("leg").values)
+        expected = force.sel(leg="BL").where(run["stance"].sel(leg="BL")).values
+        np.testing.assert_array_equal(np.asarray(drawn["BL"].get_ydata(), dtype=float), expected)
+    title = figure.get_suptitle()
+    assert title.startswith("cockroach: family B, slope 45 deg, heading 0.15 rad")
+
+
+def test_a_simulation_can_be_drawn_from_its_file(gait: Gait, tmp_path: Path) -> None:
+    from legspring.sweep import save
+
+    run = gait.simulate(strides=3)
+    save(run, tmp_path / "run.nc")
+    with xr.open_dataset(tmp_path / "run.nc") as stored:
+        figure = draw_simulation(stored)
+    velocity = lines(figure, "velocity (m/s)")
+    np.testing.assert_allclose(
+        np.asarray(velocity["fore-aft"].get_ydata(), dtype=float), run["velocity"].sel(axis="fore_aft").values
+    )
+
+
+def test_a_recovery_is_drawn_with_its_thresholds(gait: Gait) -> None:
+    recovery = gait.recover(0.5)
+    axes = draw_recovery(recovery).axes[0]
+    drawn, one_percent, tenth_percent, back = axes.get_lines()
+    np.testing.assert_array_equal(np.asarray(drawn.get_ydata()), recovery.distance[1:])
+    assert [line.get_ydata()[0] for line in (one_percent, tenth_percent)] == [1e-2, 1e-3]  # type: ignore[index]
+    assert list(np.asarray(back.get_xdata())) == [recovery.steps]
+    assert axes.get_yscale() == "log"
+    assert axes.get_title().endswith(f"back after {recovery.steps} steps")
+
+
+@pytest.mark.parametrize(("elsewhere", "outcome"), [(True, "settled on another gait"), (False, "not back")])
+def test_a_recovery_that_fails_says_how(elsewhere: bool, outcome: str) -> None:
+    axes = draw_recovery(Recovery(0.8, None, np.full(101, 2.0), elsewhere)).axes[0]
+    assert axes.get_title().endswith(outcome)
+
+
+def test_figure_2_2_shows_lengths_in_stance_and_zero_in_swing() -> None:
+    run = ls.simulate(ls.cockroach(), **thesis.FIGURE_2_2)
+    figure = thesis.figure_2_2(run)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["FL", "FR", "ML", "MR", "BL", "BR"]
+    for axes in figure.axes:
+        leg = axes.get_title(loc="left")
+        drawn = {str(line.get_label()): np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()}
+        down = run["stance"].sel(leg=leg).values
+        for words, name in (("actual", "leg_length"), ("force-free", "free_length")):
+            np.testing.assert_allclose(drawn[words][down], 1e3 * run[name].sel(leg=leg).values[down])
+            assert not drawn[words][~down].any()
+    assert "our choice" in figure.get_suptitle()
+
+
+def test_figure_3_2_shows_a_push_of_the_given_impulse() -> None:
+    setting = Setting(ls.cockroach(), 0.0, (-1, -1, -1))
+    axes = thesis.figure_3_2(setting, 0.5).axes[0]
+    time, force = (np.asarray(values, dtype=float) for values in axes.get_lines()[0].get_data())
+    impulse = np.trapezoid(force, 1e-3 * time) * setting.animal.gravity  # per mass
+    assert impulse == pytest.approx(0.5 * setting.desired_speed)
+    assert (time[0], time[-1]) == (0.0, pytest.approx(1e3 * setting.step_duration))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "magic"), [("png", b"\x89PNG"), ("pdf", b"%PDF"), ("svg", b"<?xml"), ("PNG", b"\x89")]
+)
+def test_the_suffix_says_the_format(maps: xr.Dataset, tmp_path: Path, suffix: str, magic: bytes) -> None:
+    figure = draw_atlas(maps, "speed")
+    save_figure(figure, tmp_path / f"map.{suffix}")
+    assert (tmp_path / f"map.{suffix}").read_bytes().startswith(magic)
+    assert [file.name for file in tmp_path.iterdir()] == [f"map.{suffix}"]
+
+
+def test_a_png_has_300_dots_per_inch(maps: xr.Dataset, tmp_path: Path) -> None:
+    figure = draw_atlas(maps, "speed")
+    save_figure(figure, tmp_path / "map.png")
+    header = (tmp_path / "map.png").read_bytes()
+    assert int.from_bytes(header[16:20]) == int(300 * figure.get_figwidth())
+
+
+@pytest.mark.parametrize("name", ["map.jpg", "map", "nowhere/map.png"])
+def test_a_figure_that_cannot_be_saved(tmp_path: Path, name: str) -> None:
+    message = "the directory .* should exist" if "/" in name else r"should end in .png, .pdf, .svg"
+    with pytest.raises((ValueError, OSError), match=message):
+        save_figure(Figure(), tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_figure_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = tmp_path / "map.png"
+    target.write_text("old")
+
+    def half(self: Figure, file: Path, **options: Any) -> None:
+        file.write_text("half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(Figure, "savefig", half)
+    with pytest.raises(OSError, match="disk full"):
+        save_figure(Figure(), target)
+    assert [file.name for file in tmp_path.iterdir()] == ["map.png"]
+    assert target.read_text() == "old"
+
+
+def test_the_style_stays_with_our_figures(maps: xr.Dataset) -> None:
+    before = dict(mpl.rcParams)
+    draw_atlas(maps, "speed")
+    assert dict(mpl.rcParams) == before

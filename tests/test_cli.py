@@ -1,0 +1,315 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner, Result
+
+import legspring as ls
+from legspring.cli import app, parse_grid, plain
+
+HERE = ["--slope", "45", "--heading", "0.15"]
+NO_GAIT = ["--slope", "40", "--heading", "0.45"]
+PROGRAM = "from legspring.cli import app; app(prog_name='legspring')"
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def records(*arguments: str | Path) -> list[dict[str, Any]]:
+    """Return what a command prints with --json, which must be all that it prints."""
+    result = run(*arguments, "--json")
+    assert (result.exit_code, result.stderr) == (0, "")
+    found = json.loads(result.stdout, parse_constant=pytest.fail)
+    assert isinstance(found, list)
+    return found
+
+
+def error(*arguments: str | Path, status: int = 2) -> str:
+    """Return the one line that a command ends with."""
+    result = run(*arguments)
+    assert result.exit_code == status
+    assert result.stdout == ""
+    assert result.stderr.startswith("legspring: ")
+    assert result.stderr.count("\n") == 1
+    return result.stderr.removeprefix("legspring: ").strip()
+
+
+@pytest.fixture(scope="session")
+def gait() -> ls.Gait:
+    return ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
+
+
+@pytest.mark.parametrize("command", ["gaits", "simulate", "recover", "atlas", "presets"])
+def test_every_command_has_help_with_an_example(command: str) -> None:
+    result = run(command, "--help")
+    assert result.exit_code == 0
+    assert f"Example: legspring {command}" in result.stdout
+
+
+def test_help_and_version() -> None:
+    assert run("--version").stdout.strip() == f"legspring {ls.__version__}"
+    shown = run("--help").stdout
+    assert "degrees" in shown and "radians" in shown
+    assert run().stdout == shown
+
+
+def test_help_imports_nothing_heavy() -> None:
+    heavy = {"numba", "numpy", "scipy", "xarray", "pandas", "matplotlib", "netCDF4", "pydantic"}
+    code = f"import atexit, sys; atexit.register(lambda: print(sorted({heavy} & set(sys.modules)))); {PROGRAM}"
+    done = subprocess.run([sys.executable, "-c", code, "--help"], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_presets_are_listed_one_a_line() -> None:
+    assert tuple(run("presets").stdout.split()) == ls.presets()
+
+
+def test_gaits_as_json_have_the_attributes_of_a_gait(gait: ls.Gait) -> None:
+    first, second = records("gaits", "cockroach", *HERE)
+    assert [first["branch"], second["branch"]] == [0, 1]
+    for name in ("family", "slope_deg", "heading", "speed", "residual", "drift", "grazing", "transport_cost"):
+        assert first[name] == pytest.approx(getattr(gait, name))
+    for name in ("phase", "actuation", "liftoff", "peak_force"):
+        np.testing.assert_allclose(first[name], getattr(gait, name))
+    np.testing.assert_allclose(first["net_force_max"], gait.net_force[0])
+    np.testing.assert_allclose(first["net_force_min"], gait.net_force[1])
+    np.testing.assert_allclose([complex(*pair) for pair in first["multipliers"]], gait.multipliers, atol=1e-12)
+    assert first["reduced_eigenvalue"] == pytest.approx(gait.reduced_eigenvalue)
+
+
+def test_gaits_as_a_table(gait: ls.Gait) -> None:
+    shown = run("gaits", "cockroach", *HERE).stdout
+    assert "slope 45 deg, heading 0.15 rad" in shown
+    assert f"{gait.speed:.4f}" in shown
+    assert "-2.8, 31.6, -38.3" in shown
+    assert ls.search_gaits(ls.cockroach(), slope_deg=45, heading=0.15).summary() in shown
+    assert max(map(len, shown.splitlines()[:8])) <= 80
+
+
+def test_where_there_is_no_gait_the_list_is_empty_and_the_reason_is_said() -> None:
+    assert records("gaits", "cockroach", *NO_GAIT) == []
+    assert records("gaits", "cockroach", *HERE, "--family", "A") == []
+    result = run("gaits", "cockroach", *NO_GAIT)
+    assert result.exit_code == 0
+    assert result.stdout.startswith("no gait at slope 40 deg and heading 0.45 rad; ")
+    assert len(result.stdout) > 60
+
+
+def test_family_and_actuation_narrow_the_gaits() -> None:
+    assert [gait["family"] for gait in records("gaits", "cockroach", *HERE, "--family", "B")] == ["B", "B"]
+    stronger = records("gaits", "cockroach", *HERE, "--actuation", "0.017,0.013,0.0095")
+    assert stronger[0]["actuation"] == [0.017, 0.013, 0.0095]
+
+
+def test_an_animal_from_a_file(tmp_path: Path, gait: ls.Gait) -> None:
+    (tmp_path / "heavy.toml").write_text('like = "cockroach"\nmass = 3e-3\nstiffness = [1.5, 1.5, 2.0]\n')
+    heavy = ls.cockroach().replace(mass=3e-3, stiffness=[1.5, 1.5, 2.0])
+    expected = ls.find_gaits(heavy, slope_deg=45, heading=0.15)[0]
+    found = records("gaits", tmp_path / "heavy.toml", *HERE)[0]
+    assert found["speed"] == pytest.approx(expected.speed, rel=1e-9)
+    assert found["speed"] != pytest.approx(gait.speed, rel=1e-3)
+
+
+def test_simulate_a_gait(tmp_path: Path, gait: ls.Gait) -> None:
+    (found,) = records("simulate", "cockroach", *HERE, "--strides", "3", "--out", tmp_path / "run.nc")
+    assert (found["family"], found["branch"], found["strides"]) == ("B", 0, 3.0)
+    assert found["speed"] == pytest.approx(gait.speed)
+    assert found["displacement"] == pytest.approx([0.0, 6 * gait.setting.step_length], abs=1e-9)
+    with xr.open_dataset(tmp_path / "run.nc") as stored:
+        np.testing.assert_allclose(stored["position"], gait.simulate(3)["position"], atol=1e-9)
+        assert stored["event_leg"].values[0] == "BR"
+
+
+def test_simulate_any_start_into_a_table(tmp_path: Path) -> None:
+    start = ["--slope", "0", "--heading", "0.15", "--speed", "0.375", "--phase", "63,4,-49", "--family", "A"]
+    (found,) = records("simulate", "cockroach", *start, "--out", tmp_path / "run.csv")
+    assert found["branch"] is None
+    expected = ls.simulate(
+        ls.cockroach(), slope_deg=0, heading=0.15, speed=0.375, phase=[*np.radians([63, 4, -49])], family="A"
+    )
+    table = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(table["time"], expected["time"])
+    np.testing.assert_allclose(table["position_fore_aft"], expected["position"].sel(axis="fore_aft"), atol=1e-12)
+    np.testing.assert_allclose(table["force_ML_lateral"], expected["force"].sel(leg="ML", axis="lateral"), atol=1e-12)
+    np.testing.assert_array_equal(table["stance_FL"], expected["stance"].sel(leg="FL"))
+    np.testing.assert_allclose(table["leg_length_BR"], expected["leg_length"].sel(leg="BR"), atol=1e-12)
+
+
+def test_simulate_says_where_it_ended() -> None:
+    shown = run("simulate", "cockroach", *HERE).stdout
+    assert "family B, slope 45 deg" in shown
+    assert "after 2 strides" in shown and "heading 0.1500 rad" in shown
+
+
+def test_recover(gait: ls.Gait) -> None:
+    (found,) = records("recover", "cockroach", *HERE, "--impulse", "-0.3")
+    expected = gait.recover(-0.3)
+    assert (found["steps"], found["recovered"], found["impulse"]) == (expected.steps, True, -0.3)
+    np.testing.assert_allclose(found["distance"], expected.distance, atol=1e-9)
+    assert "impulse 0.5 m v_des: back after 9 steps" in run("recover", "cockroach", *HERE).stdout
+    assert "branch 1" in run("recover", "cockroach", *HERE, "--branch", "1").stdout
+
+
+@pytest.mark.parametrize("command", ["gaits", "simulate", "recover"])
+def test_figures(tmp_path: Path, command: str) -> None:
+    assert run(command, "cockroach", *HERE, "--figure", tmp_path / "x.png").exit_code == 0
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_atlas_with_its_figures(tmp_path: Path) -> None:
+    grid = ["--slopes", "0:40:20", "--headings", "0.05,0.15"]
+    result = run("atlas", "cockroach", "--out", tmp_path / "a.nc", *grid, "--figures", tmp_path / "maps")
+    assert result.exit_code == 0, result.stderr
+    with xr.open_dataset(tmp_path / "a.nc") as stored:
+        np.testing.assert_array_equal(stored["slope_deg"], [0, 20, 40])
+        np.testing.assert_array_equal(stored["heading"], [0.05, 0.15])
+        count = int((stored["family"] != "").sum())
+        assert stored.sizes["impulse"] == 17
+    assert result.stdout.splitlines()[0] == f"{tmp_path / 'a.nc'}: {count} gaits in 6 of 6 cells"
+    drawn = sorted(file.name for file in (tmp_path / "maps").iterdir())
+    assert drawn == [f"figure_4_{number}.png" for number in range(1, 6)]
+
+
+def test_an_atlas_without_recovery_leaves_figures_out_and_says_so(tmp_path: Path) -> None:
+    grid = ["--slopes", "45", "--headings", "0.1", "--no-recovery"]
+    result = run("atlas", "cockroach", "--out", tmp_path / "a.nc", *grid, "--figures", tmp_path)
+    assert result.exit_code == 0
+    left_out = [line.split(":")[0] for line in result.stderr.splitlines()]
+    assert left_out == ["left out figure_4_3.png", "left out figure_4_4.png"]
+    with xr.open_dataset(tmp_path / "a.nc") as stored:
+        assert stored.sizes["impulse"] == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("0:90:45", (0, 45, 90)),
+        ("-30:0:20", (-30, -10)),
+        ("0:0.45:0.15", (0, 0.15, 0.3, 0.45)),
+        ("7,8.5", (7, 8.5)),
+        ("3", (3,)),
+    ],
+)
+def test_grids(text: str, expected: tuple[float, ...]) -> None:
+    assert parse_grid("--slopes", text) == expected
+
+
+def test_the_grid_of_an_atlas_is_the_thesis_grid_unless_told_otherwise() -> None:
+    from legspring.sweep import HEADINGS, SLOPES_DEG
+
+    assert (parse_grid("--slopes", "0:90:5"), parse_grid("--headings", "0:0.45:0.05")) == (SLOPES_DEG, HEADINGS)
+    shown = run("atlas", "--help").stdout
+    assert "0:90:5" in shown and "0:0.45:0.05" in shown
+
+
+@pytest.mark.parametrize("text", ["", "a", "0:1", "0:1:0", "1:0:1", "0:1:-1", "0:1:nan", "0:inf:1", "0:1:1e-9", "1,,2"])
+def test_what_is_no_grid(text: str) -> None:
+    with pytest.raises(ValueError, match=f"^--slopes = '{text}': should be "):
+        parse_grid("--slopes", text)
+
+
+def test_what_json_cannot_hold() -> None:
+    value = [np.array([1.0, np.nan]), 1 + 2j, np.float64(np.inf), None, "x", np.True_]
+    assert plain(value) == [[1.0, None], [1.0, 2.0], None, None, "x", True]
+
+
+BAD = {
+    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': should be a preset (cockroach) or a TOML file",
+    "gaits nowhere.toml --slope 45 --heading 0.1": "nowhere.toml: No such file or directory",
+    "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': should be a number",
+    "gaits cockroach --slope 100 --heading 0.1": "slope_deg = 100.0: must be a finite angle from -90 to 90",
+    "gaits cockroach --slope nan --heading 0.1": "slope_deg = nan: must be",
+    "gaits cockroach --slope 45 --heading 2": "heading = 2.0: must be a finite angle within +-1.571 rad",
+    "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': should be one of A, FB, MB, B",
+    "gaits cockroach --slope 45 --heading 0.1 --actuation 1,x": "--actuation = '1,x': should be numbers",
+    "gaits cockroach --slope 45 --heading 0.1 --actuation 0.1,0.1,0.1": "below the leg's length, 0.032 m",
+    "gaits cockroach --slope 45": "Missing option '--heading'.",
+    "gaits": "Missing argument 'ANIMAL'.",
+    "gates": "No such command 'gates'.",
+    "gaits cockroach --slop 45": "No such option",
+    "simulate cockroach --slope 45 --heading 0.15 --strides 0.3": "strides = 0.3: must be a multiple of 1/2",
+    "simulate cockroach --slope 45 --heading 0.15 --branch 7": "--branch = 7: should be one of 0, 1",
+    "simulate cockroach --slope 45 --heading 0.15 --branch x": "'--branch': 'x': should be a whole number",
+    "simulate cockroach --slope 45 --heading 0.15 --speed 0.3": "should have --speed, --phase and --family",
+    "simulate cockroach --slope 0 --heading 0 --speed 0.3 --phase 1,2 --family A": "one angle for each of F, M, B",
+    "simulate cockroach --slope 0 --heading 0 --speed 0 --phase 1,2,3 --family A": "speed = 0.0: must be a positive",
+    "recover cockroach --slope 45 --heading 0.15 --impulse nan": "impulse = nan: must be a finite number",
+    "atlas cockroach --out a.nc --slopes 0:90": "--slopes = '0:90': should be START:STOP:STEP",
+    "atlas cockroach --out a.nc --slopes 5,0": "slopes_deg = (5.0, 0.0): must be one or more rising numbers",
+    "atlas cockroach --out a.nc --headings x": "--headings = 'x': should be numbers separated by commas",
+}
+
+
+@pytest.mark.parametrize("arguments", BAD)
+def test_bad_input_ends_with_one_line(arguments: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert BAD[arguments] in error(*arguments.split())
+    assert not list(tmp_path.iterdir())
+
+
+OUTPUTS = {
+    ("gaits", "--figure"): ("x.jpg", "should end in .png, .pdf, .svg"),
+    ("simulate", "--out"): ("x.txt", "should end in .nc, .csv"),
+    ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere should exist"),
+    ("recover", "--figure"): ("folder.png", "is a directory; should be a file"),
+}
+
+
+@pytest.mark.parametrize("where", OUTPUTS)
+def test_outputs_are_checked_before_the_work(
+    where: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "folder.png").mkdir()
+    monkeypatch.setattr("legspring.solve.search_gaits", lambda *_, **__: pytest.fail("searched"))
+    (command, option), (name, message) = where, OUTPUTS[where]
+    shown = error(command, "cockroach", *HERE, option, tmp_path / name)
+    assert shown == f"{tmp_path / name}: {message.format(tmp_path)}"
+
+
+def test_outputs_of_an_atlas_are_checked_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").touch()
+    monkeypatch.setattr("legspring.sweep.atlas", lambda *_, **__: pytest.fail("searched"))
+    assert "should end in .nc" in error("atlas", "cockroach", "--out", tmp_path / "a.txt")
+    assert "should exist" in error("atlas", "cockroach", "--out", tmp_path / "nowhere" / "a.nc")
+    out = ["--out", str(tmp_path / "a.nc"), "--figures"]
+    assert "is a file; should be a directory" in error("atlas", "cockroach", *out, tmp_path / "file")
+    assert "should exist" in error("atlas", "cockroach", *out, tmp_path / "a" / "b")
+
+
+@pytest.mark.parametrize("command", ["simulate", "recover"])
+def test_what_needs_a_gait_fails_without_one(command: str) -> None:
+    assert error(command, "cockroach", *NO_GAIT, status=1).startswith("no gait at slope 40 deg")
+
+
+def test_a_mistake_in_a_file_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text('like = "cockroach"\nstiffness = -1\n')
+    assert "stiffness = -1: should be greater than 0" in error("gaits", tmp_path / "bad.toml", *HERE)
+
+
+def test_the_program_reports_errors_by_its_exit_status() -> None:
+    done = subprocess.run([sys.executable, "-c", PROGRAM, "gaits", "roach", *HERE], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "legspring: no animal 'roach': should be a preset (cockroach) or a TOML file\n"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_an_interruption_is_one_line(tmp_path: Path) -> None:
+    command = [sys.executable, "-c", f"import legspring.cli; print('ready', flush=True); {PROGRAM}"]
+    arguments = ["atlas", "cockroach", "--out", str(tmp_path / "a.nc"), "--slopes", "0:90:0.1"]
+    with subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as program:
+        assert program.stdout is not None
+        program.stdout.readline()
+        time.sleep(2.0)
+        program.send_signal(signal.SIGINT)
+        _, errors = program.communicate(timeout=60)
+    assert (program.returncode, errors) == (130, "legspring: interrupted\n")
+    assert not list(tmp_path.iterdir())
