@@ -280,10 +280,10 @@ def atlas(
     from legspring.model import load_animal
 
     slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
+    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
     check_output(out, [".nc"])
     if figures is not None:
         make_directory(figures)
-    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
     from legspring import sweep
 
     maps = sweep.atlas(

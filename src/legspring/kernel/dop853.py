@@ -75,6 +75,8 @@ def step_tangents(s: float, h: float, w: Walker) -> None:
     for j in range(1, STAGES + 1):
         combine_all(w.flat_y, h, A, j, j, w.flat_k, w.flat_ahead)
         tangent_rates(s + C[j] * h, w.ahead, w.stance, w.contacts, w.body, w.k[j])
+    # The values again, to their last digit: derivatives are not to change the motion.
+    combine(w.y, h, A, STAGES, STAGES, w.k, w.ahead)
 
 
 @formula
