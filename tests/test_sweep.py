@@ -8,7 +8,8 @@ import pytest
 import xarray as xr
 
 import legspring as ls
-from legspring.sweep import LONG_NAMES, atlas, save
+from legspring.files import save_netcdf
+from legspring.sweep import LONG_NAMES, atlas
 from tests.conftest import Cells
 
 
@@ -48,7 +49,7 @@ def test_missing_where_there_is_no_gait(small: xr.Dataset) -> None:
 
 
 def test_file_holds_the_dataset(small: xr.Dataset, tmp_path: Path) -> None:
-    save(small, tmp_path / "atlas.nc")
+    save_netcdf(small, tmp_path / "atlas.nc")
     with xr.open_dataset(tmp_path / "atlas.nc") as loaded:
         xr.testing.assert_equal(loaded.load().drop_vars("family"), small.drop_vars("family"))
         assert loaded.family.values.tolist() == small.family.values.tolist()
@@ -61,7 +62,7 @@ def test_a_failed_save_leaves_nothing_behind(small: xr.Dataset, tmp_path: Path) 
     good.write_text("what was there")
     bad = small.assign(broken=("x", np.array([object()])))
     with pytest.raises((TypeError, ValueError)):
-        save(bad, good)
+        save_netcdf(bad, good)
     assert good.read_text() == "what was there"
     assert [path.name for path in tmp_path.iterdir()] == ["atlas.nc"]
 

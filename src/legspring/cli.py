@@ -276,7 +276,7 @@ def atlas(
 
     Example: legspring atlas cockroach --out coarse.nc --slopes 0:90:15 --headings 0.05,0.15 --no-recovery
     """
-    from legspring.files import check_output, make_directory
+    from legspring.files import check_output, make_directory, save_netcdf
     from legspring.model import load_animal
 
     slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
@@ -294,7 +294,7 @@ def atlas(
         impulses=() if no_recovery else sweep.IMPULSES,
         progress=sys.stderr.isatty(),
     )
-    sweep.save(maps, out)
+    save_netcdf(maps, out)
     found = maps["family"].values != ""
     cells = found.any(axis=-1)
     typer.echo(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
@@ -491,10 +491,9 @@ def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_js
 def save_run(run: "xr.Dataset", out: Path | None, figure: Path | None) -> None:
     """Save a simulation's time series and figure, where they are wanted."""
     if out is not None:
-        from legspring import sweep
-        from legspring.files import save_csv
+        from legspring.files import save_csv, save_netcdf
 
-        (save_csv if out.suffix.lower() == ".csv" else sweep.save)(run, out)
+        (save_csv if out.suffix.lower() == ".csv" else save_netcdf)(run, out)
     if figure is not None:
         from legspring.figures import draw_simulation, save_figure
 

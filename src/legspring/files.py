@@ -73,6 +73,20 @@ def make_directory(path: PathLike) -> None:
         raise PermissionError(f"{directory}: should be writable")
 
 
+def save_netcdf(dataset: "xr.Dataset", path: PathLike) -> None:
+    """Save a dataset as netCDF.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.atlas` or `legspring.simulate`.
+    path
+        The file; it appears whole, or not at all.
+    """
+    with whole_file(path) as file:
+        dataset.to_netcdf(file, engine="netcdf4")
+
+
 def save_csv(dataset: "xr.Dataset", path: PathLike) -> None:
     """Save the time series of a simulation as a table: a row for each time, a column such as force_FL_lateral.
 

@@ -2,12 +2,10 @@
 
 import json
 import os
-import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
@@ -277,23 +275,3 @@ def _provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
         "search": f"{effort['starts']} starts, {effort['steps']} steps, {effort['rejected']} solutions rejected",
     }
-
-
-def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
-    """Save a dataset as netCDF: the whole file appears, or nothing.
-
-    Raises
-    ------
-    OSError
-        If the file cannot be written.
-    """
-    target = Path(path)
-    handle, temporary = tempfile.mkstemp(suffix=".nc", dir=target.parent or ".")
-    os.close(handle)
-    try:
-        dataset.to_netcdf(temporary, engine="netcdf4")
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, target)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise

@@ -191,10 +191,10 @@ def test_a_gait_is_drawn_over_one_stride(gait: Gait) -> None:
 
 
 def test_a_simulation_can_be_drawn_from_its_file(gait: Gait, tmp_path: Path) -> None:
-    from legspring.sweep import save
+    from legspring.files import save_netcdf
 
     run = gait.simulate(strides=3)
-    save(run, tmp_path / "run.nc")
+    save_netcdf(run, tmp_path / "run.nc")
     with xr.open_dataset(tmp_path / "run.nc") as stored:
         figure = draw_simulation(stored)
     velocity = lines(figure, "velocity (m/s)")
