@@ -9,7 +9,7 @@ from scipy.integrate import DOP853
 
 from legspring.kernel.jit import formula, jit
 from legspring.kernel.motion import rates, tangent_rates
-from legspring.kernel.walker import EVALUATIONS, Floats, Walker
+from legspring.kernel.walker import EVALUATIONS, LEVER, YAW, Floats, Walker
 
 STAGES = 12
 # Row 12 is the end of the step.
@@ -66,7 +66,7 @@ def step(
         combine(y, h, A, j, j, k, ahead)
         rates(s + C[j] * h, ahead, stance, contacts, body, clock, k[j])
     clock[EVALUATIONS] += STAGES
-    return h * error(k)
+    return h * error(k, clock[LEVER])
 
 
 @jit
@@ -80,16 +80,17 @@ def step_tangents(s: float, h: float, w: Walker) -> None:
 
 
 @formula
-def error(k: Floats) -> float:
-    """Combine the error estimates of orders 5 and 3 into one of order 8, per unit of time."""
+def error(k: Floats, lever: float) -> float:
+    """Combine the error estimates of orders 5 and 3 into one of order 8, per unit of time, m."""
     fifth = third = 0.0
     for row in range(k.shape[1]):
         e5 = e3 = 0.0
         for j in range(STAGES + 1):
             e5 += E5[j] * k[j, row, 0]
             e3 += E3[j] * k[j, row, 0]
-        fifth += e5 * e5
-        third += e3 * e3
+        weight = 1.0 if row < YAW else lever * lever
+        fifth += weight * e5 * e5
+        third += weight * e3 * e3
     if fifth == 0.0 and third == 0.0:
         return 0.0
     return fifth / np.sqrt((fifth + 0.01 * third) * k.shape[1])

@@ -34,9 +34,9 @@ N_STANCE = 8
 # Columns of the contacts.
 SIDE, OFFSET, SINCE, DOWN, SIGN = 0, 1, 2, 3, 4
 N_CONTACT = 5
-# Entries of the clock; the last four are the outside acceleration now, as x0 + x1 s and y0 + y1 s.
-TIME, NEXT_STEP, EVALUATIONS, PUSH_X, PUSH_Y = 0, 1, 2, 3, 5
-N_CLOCK = 7
+# Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
+TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y = 0, 1, 2, 3, 4, 6
+N_CLOCK = 8
 
 TOUCHDOWN, LIFTOFF = 0, 1
 
@@ -60,7 +60,8 @@ class Walker(NamedTuple):
         2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), and the sign of its gap
         ``|r| - l`` since the end of the ignored window (0 before).
     clock
-        ``(7,)``: time, step size to try next, evaluations of the right-hand side so far, and the push now.
+        ``(8,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
+        error of the yaw one of a position, and the push now.
     y
         ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
     stance
