@@ -213,7 +213,7 @@ def test_the_grid_of_an_atlas_is_the_thesis_grid_unless_told_otherwise() -> None
 
 @pytest.mark.parametrize("text", ["", "a", "0:1", "0:1:0", "1:0:1", "0:1:-1", "0:1:nan", "0:inf:1", "0:1:1e-9", "1,,2"])
 def test_what_is_no_grid(text: str) -> None:
-    with pytest.raises(ValueError, match=f"^--slopes = '{text}': should be "):
+    with pytest.raises(ValueError, match=f"^--slopes = '{text}': must be "):
         parse_grid("--slopes", text)
 
 
@@ -223,29 +223,29 @@ def test_what_json_cannot_hold() -> None:
 
 
 BAD = {
-    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': should be a preset (cockroach) or a TOML file",
+    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': must be a preset (cockroach) or a TOML file",
     "gaits nowhere.toml --slope 45 --heading 0.1": "nowhere.toml: No such file or directory",
-    "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': should be a number",
+    "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': must be a number",
     "gaits cockroach --slope 100 --heading 0.1": "slope_deg = 100.0: must be a finite angle from -90 to 90",
     "gaits cockroach --slope nan --heading 0.1": "slope_deg = nan: must be",
     "gaits cockroach --slope 45 --heading 2": "heading = 2.0: must be a finite angle within +-1.571 rad",
-    "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': should be one of A, FB, MB, B",
-    "gaits cockroach --slope 45 --heading 0.1 --actuation 1,x": "--actuation = '1,x': should be numbers",
+    "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': must be one of A, FB, MB, B",
+    "gaits cockroach --slope 45 --heading 0.1 --actuation 1,x": "--actuation = '1,x': must be numbers",
     "gaits cockroach --slope 45 --heading 0.1 --actuation 0.1,0.1,0.1": "below the leg's length, 0.032 m",
     "gaits cockroach --slope 45": "Missing option '--heading'.",
     "gaits": "Missing argument 'ANIMAL'.",
     "gates": "No such command 'gates'.",
     "gaits cockroach --slop 45": "No such option",
     "simulate cockroach --slope 45 --heading 0.15 --strides 0.3": "strides = 0.3: must be a multiple of 1/2",
-    "simulate cockroach --slope 45 --heading 0.15 --branch 7": "--branch = 7: should be one of 0, 1",
-    "simulate cockroach --slope 45 --heading 0.15 --branch x": "'--branch': 'x': should be a whole number",
-    "simulate cockroach --slope 45 --heading 0.15 --speed 0.3": "should have --speed, --phase and --family",
+    "simulate cockroach --slope 45 --heading 0.15 --branch 7": "--branch = 7: must be one of 0, 1",
+    "simulate cockroach --slope 45 --heading 0.15 --branch x": "'--branch': 'x': must be a whole number",
+    "simulate cockroach --slope 45 --heading 0.15 --speed 0.3": "must have --speed, --phase and --family",
     "simulate cockroach --slope 0 --heading 0 --speed 0.3 --phase 1,2 --family A": "one angle for each of F, M, B",
     "simulate cockroach --slope 0 --heading 0 --speed 0 --phase 1,2,3 --family A": "speed = 0.0: must be a positive",
     "recover cockroach --slope 45 --heading 0.15 --impulse nan": "impulse = nan: must be a finite number",
-    "atlas cockroach --out a.nc --slopes 0:90": "--slopes = '0:90': should be START:STOP:STEP",
+    "atlas cockroach --out a.nc --slopes 0:90": "--slopes = '0:90': must be START:STOP:STEP",
     "atlas cockroach --out a.nc --slopes 5,0": "slopes_deg = (5.0, 0.0): must be one or more rising numbers",
-    "atlas cockroach --out a.nc --headings x": "--headings = 'x': should be numbers separated by commas",
+    "atlas cockroach --out a.nc --headings x": "--headings = 'x': must be numbers separated by commas",
 }
 
 
@@ -257,10 +257,10 @@ def test_bad_input_ends_with_one_line(arguments: str, tmp_path: Path, monkeypatc
 
 
 OUTPUTS = {
-    ("gaits", "--figure"): ("x.jpg", "should end in .png, .pdf, .svg"),
-    ("simulate", "--out"): ("x.txt", "should end in .nc, .csv"),
-    ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere should exist"),
-    ("recover", "--figure"): ("folder.png", "is a directory; should be a file"),
+    ("gaits", "--figure"): ("x.jpg", "must end in .png, .pdf, .svg"),
+    ("simulate", "--out"): ("x.txt", "must end in .nc, .csv"),
+    ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere must exist"),
+    ("recover", "--figure"): ("folder.png", "is a directory; must be a file"),
 }
 
 
@@ -278,11 +278,11 @@ def test_outputs_are_checked_before_the_work(
 def test_outputs_of_an_atlas_are_checked_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setattr("legspring.sweep.atlas", lambda *_, **__: pytest.fail("searched"))
-    assert "should end in .nc" in error("atlas", "cockroach", "--out", tmp_path / "a.txt")
-    assert "should exist" in error("atlas", "cockroach", "--out", tmp_path / "nowhere" / "a.nc")
+    assert "must end in .nc" in error("atlas", "cockroach", "--out", tmp_path / "a.txt")
+    assert "must exist" in error("atlas", "cockroach", "--out", tmp_path / "nowhere" / "a.nc")
     out = ["--out", str(tmp_path / "a.nc"), "--figures"]
-    assert "is a file; should be a directory" in error("atlas", "cockroach", *out, tmp_path / "file")
-    assert "should exist" in error("atlas", "cockroach", *out, tmp_path / "a" / "b")
+    assert "is a file; must be a directory" in error("atlas", "cockroach", *out, tmp_path / "file")
+    assert "must exist" in error("atlas", "cockroach", *out, tmp_path / "a" / "b")
 
 
 @pytest.mark.parametrize("command", ["simulate", "recover"])
@@ -292,13 +292,13 @@ def test_what_needs_a_gait_fails_without_one(command: str) -> None:
 
 def test_a_mistake_in_a_file_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text('like = "cockroach"\nstiffness = -1\n')
-    assert "stiffness = -1: should be greater than 0" in error("gaits", tmp_path / "bad.toml", *HERE)
+    assert "stiffness = -1: must be greater than 0" in error("gaits", tmp_path / "bad.toml", *HERE)
 
 
 def test_the_program_reports_errors_by_its_exit_status() -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM, "gaits", "roach", *HERE], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "legspring: no animal 'roach': should be a preset (cockroach) or a TOML file\n"
+    assert done.stderr == "legspring: no animal 'roach': must be a preset (cockroach) or a TOML file\n"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")

@@ -1,6 +1,7 @@
 """Maps over slope and heading as datasets."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +75,17 @@ def test_threads_do_not_change_the_result(roach: ls.Animal) -> None:
     xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
 
 
-@pytest.mark.parametrize("arguments", [{"slopes_deg": [5, 0]}, {"headings": []}, {"impulses": [0.1, 0.1]}])
-def test_grids_must_rise(roach: ls.Animal, arguments: dict[str, list[float]]) -> None:
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"slopes_deg": [5, 0]},
+        {"slopes_deg": [0, 200]},
+        {"headings": []},
+        {"headings": [0.1, math.nan]},
+        {"impulses": [0.1, 0.1]},
+        {"impulses": [11]},
+    ],
+)
+def test_grids_must_rise_and_be_in_range(roach: ls.Animal, arguments: dict[str, list[float]]) -> None:
     with pytest.raises(ValueError, match=next(iter(arguments))):
         ls.atlas(roach, **arguments)  # type: ignore[arg-type]

@@ -55,13 +55,13 @@ def fail(message: str, status: int = BAD_INPUT) -> NoReturn:
 
 
 def reading(kind: Callable[[str], T], words: str) -> Callable[[str], T]:
-    """Return a parser whose error says what was read, and what should have been."""
+    """Return a parser whose error says what was read, and what must have been."""
 
     def read(text: str) -> T:
         try:
             return kind(text)
         except ValueError:
-            raise typer.BadParameter(f"{text!r}: should be {words}") from None
+            raise typer.BadParameter(f"{text!r}: must be {words}") from None
 
     return read
 
@@ -213,7 +213,7 @@ def simulate(
         run, about = gait.simulate(strides), {"family": gait.family, "branch": gait.branch}
     else:
         if speed is None or phase is None or family is None or branch is not None:
-            raise ValueError("a start that is no gait should have --speed, --phase and --family, and no --branch")
+            raise ValueError("a start that is no gait must have --speed, --phase and --family, and no --branch")
         run = simulate_start(animal, slope, heading, speed, phase, family, actuation, strides)
         about = {"family": family, "branch": None}
     save_run(run, out, figure)
@@ -309,7 +309,7 @@ def parse_numbers(name: str, text: str | None) -> tuple[float, ...] | None:
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise ValueError(f"{name} = {text!r}: should be numbers separated by commas") from None
+        raise ValueError(f"{name} = {text!r}: must be numbers separated by commas") from None
 
 
 def parse_grid(name: str, text: str) -> tuple[float, ...]:
@@ -323,7 +323,7 @@ def parse_grid(name: str, text: str) -> tuple[float, ...]:
             return tuple(round(start + number * step, 12) for number in range(count))
     except (ValueError, ArithmeticError):
         pass
-    raise ValueError(f"{name} = {text!r}: should be START:STOP:STEP, rising, or numbers separated by commas")
+    raise ValueError(f"{name} = {text!r}: must be START:STOP:STEP, rising, or numbers separated by commas")
 
 
 def check_figure(path: Path | None) -> None:
@@ -368,7 +368,7 @@ def choose_gait(search: "Search", slope: float, heading: float, branch: int | No
         if gait.branch == branch:
             return gait
     offered = ", ".join(str(gait.branch) for gait in search.gaits)
-    raise ValueError(f"--branch = {branch}: should be one of {offered}")
+    raise ValueError(f"--branch = {branch}: must be one of {offered}")
 
 
 def no_gait(search: "Search", slope: float, heading: float) -> str:
@@ -391,9 +391,7 @@ def simulate_start(
 
     creature, degrees = load_animal(animal), parse_numbers("--phase", phase) or ()
     if len(degrees) != len(creature.pairs) or not all(map(math.isfinite, degrees)):
-        raise ValueError(
-            f"--phase = {phase!r}: should be one angle for each of {', '.join(creature.pairs)}, in degrees"
-        )
+        raise ValueError(f"--phase = {phase!r}: must be one angle for each of {', '.join(creature.pairs)}, in degrees")
     with patience("simulating"):
         return legspring.simulate(
             creature,

@@ -33,13 +33,13 @@ def check_output(path: PathLike, suffixes: Sequence[str]) -> None:
     """
     target = Path(path)
     if target.suffix.lower() not in suffixes:
-        raise ValueError(f"{target}: should end in {', '.join(suffixes)}")
+        raise ValueError(f"{target}: must end in {', '.join(suffixes)}")
     if target.is_dir():
-        raise IsADirectoryError(f"{target}: is a directory; should be a file")
+        raise IsADirectoryError(f"{target}: is a directory; must be a file")
     if not target.parent.is_dir():
-        raise FileNotFoundError(f"{target}: the directory {target.parent} should exist")
+        raise FileNotFoundError(f"{target}: the directory {target.parent} must exist")
     if not os.access(target.parent, os.W_OK):
-        raise PermissionError(f"{target}: the directory {target.parent} should be writable")
+        raise PermissionError(f"{target}: the directory {target.parent} must be writable")
 
 
 @contextmanager
@@ -65,12 +65,12 @@ def make_directory(path: PathLike) -> None:
     """
     directory = Path(path)
     if directory.exists() and not directory.is_dir():
-        raise NotADirectoryError(f"{directory}: is a file; should be a directory")
+        raise NotADirectoryError(f"{directory}: is a file; must be a directory")
     if not directory.parent.is_dir():
-        raise FileNotFoundError(f"{directory}: the directory {directory.parent} should exist")
+        raise FileNotFoundError(f"{directory}: the directory {directory.parent} must exist")
     directory.mkdir(exist_ok=True)
     if not os.access(directory, os.W_OK):
-        raise PermissionError(f"{directory}: should be writable")
+        raise PermissionError(f"{directory}: must be writable")
 
 
 def save_netcdf(dataset: "xr.Dataset", path: PathLike) -> None:

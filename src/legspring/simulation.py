@@ -56,9 +56,12 @@ def simulation(
             "time": ("time", s * setting.step_duration, _about("s", "time")),
             "axis": ["lateral", "fore_aft"],
             "leg": [leg.name for leg in setting.animal.legs],
+            "pair": ("leg", [leg.pair for leg in setting.animal.legs], {"long_name": "pair that the leg belongs to"}),
         },
         attrs={
             "animal": setting.animal.name,
+            "pairs": list(setting.animal.pairs),
+            "functions": ["push" if side < 0 else "pull" for side in setting.functions],
             "slope_deg": math.degrees(setting.slope),
             "heading": start.heading,
             "speed": start.speed,
@@ -93,6 +96,7 @@ def _legs(
     missing = np.where(down, 1.0, np.nan)
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
+        "hip": (("time", "leg", "axis"), y[:, None, :2] + hips, _about("m", "hip")),
         "foot": (("time", "leg", "axis"), foot * missing[..., None], _about("m", "foot in stance")),
         "leg_length": (("time", "leg"), length * missing, _about("m", "length of the leg in stance")),
         "free_length": (("time", "leg"), free * missing, _about("m", "force-free length in stance")),

@@ -1,11 +1,13 @@
 """Gaits over a grid of slopes and headings, with all their measures, as an xarray.Dataset."""
 
 import json
+import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import legspring
 from legspring.gait import Gait
+from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.progress import progress_bar
 from legspring.solve import Problem, number_branches
@@ -104,10 +107,11 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
         steps += sum(_parallel(lambda task: task[0].search(task[1]), tasks, workers, lambda _: None))
 
 
-def _checked_grid(name: str, values: Sequence[float]) -> tuple[float, ...]:
+def _checked_grid(name: str, values: Sequence[float], largest: float) -> tuple[float, ...]:
     grid = tuple(float(value) for value in values)
-    if not grid or len(set(grid)) < len(grid) or list(grid) != sorted(grid):
-        raise ValueError(f"{name} = {values!r}: must be one or more rising numbers")
+    rising = all(low < high for low, high in pairwise(grid))
+    if not grid or not rising or not all(abs(value) <= largest for value in grid):
+        raise ValueError(f"{name} = {grid}: must be one or more rising numbers within +-{largest:.5g}")
     return grid
 
 
@@ -214,10 +218,11 @@ def atlas(
     Raises
     ------
     ValueError
-        For a grid that does not rise, or an angle out of range.
+        For a grid that does not rise, or a number out of range.
     """
-    slopes_deg, headings = _checked_grid("slopes_deg", slopes_deg), _checked_grid("headings", headings)
-    impulses = _checked_grid("impulses", impulses) if len(impulses) else ()
+    slopes_deg = _checked_grid("slopes_deg", slopes_deg, 90.0)
+    headings = _checked_grid("headings", headings, math.pi / 2)
+    impulses = _checked_grid("impulses", impulses, LARGEST_IMPULSE) if len(impulses) else ()
     found, effort = find_all(
         animal, slopes_deg, headings, actuation=actuation, starts=starts, workers=workers, progress=progress
     )

@@ -153,13 +153,13 @@ def test_figure_4_4_is_over_slope_and_impulse(maps: xr.Dataset) -> None:
 @pytest.mark.parametrize(
     ("name", "at", "message"),
     [
-        ("velocity", {}, "name = 'velocity': should be one of speed, phase"),
-        ("family", {}, "name = 'family': should be one of speed"),
-        ("phase", {}, "leg = None: should be one of F, M, B"),
-        ("phase", {"leg": "X"}, "leg = 'X': should be one of F, M, B"),
-        ("speed", {"branch": 9}, "branch = 9: should be one of 0, 1"),
-        ("speed", {"leg": "F"}, "speed has no dimension 'leg': should be one of slope_deg, heading, branch"),
-        ("recovery_steps", {"impulse": 0.3}, "impulse = 0.3: should be one of -0.5, 0.5"),
+        ("velocity", {}, "name = 'velocity': must be one of speed, phase"),
+        ("family", {}, "name = 'family': must be one of speed"),
+        ("phase", {}, "leg = None: must be one of F, M, B"),
+        ("phase", {"leg": "X"}, "leg = 'X': must be one of F, M, B"),
+        ("speed", {"branch": 9}, "branch = 9: must be one of 0, 1"),
+        ("speed", {"leg": "F"}, "speed has no dimension 'leg': must be one of slope_deg, heading, branch"),
+        ("recovery_steps", {"impulse": 0.3}, "impulse = 0.3: must be one of -0.5, 0.5"),
     ],
 )
 def test_a_map_that_the_atlas_does_not_have(maps: xr.Dataset, name: str, at: dict[str, Any], message: str) -> None:
@@ -262,7 +262,7 @@ def test_a_png_has_300_dots_per_inch(maps: xr.Dataset, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["map.jpg", "map", "nowhere/map.png"])
 def test_a_figure_that_cannot_be_saved(tmp_path: Path, name: str) -> None:
-    message = "the directory .* should exist" if "/" in name else r"should end in .png, .pdf, .svg"
+    message = "the directory .* must exist" if "/" in name else r"must end in .png, .pdf, .svg"
     with pytest.raises((ValueError, OSError), match=message):
         save_figure(Figure(), tmp_path / name)
     assert not list(tmp_path.iterdir())

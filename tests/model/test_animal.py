@@ -42,7 +42,7 @@ def test_a_family_says_which_pairs_push() -> None:
         "MB": (1, -1, -1),
         "B": (1, 1, -1),
     }
-    with pytest.raises(ModelError, match=r"^family = 'F': should be one of A, FB, MB, B$"):
+    with pytest.raises(ModelError, match=r"^family = 'F': must be one of A, FB, MB, B$"):
         ROACH.functions("F")
 
 
@@ -126,21 +126,21 @@ def mirrored_wrongly(**changes: Any) -> tuple[Leg, ...]:
     [
         (
             {"colour": 3, "mass": 1.0},
-            "cannot replace colour: should be among name, source, body, .* mass, .* angle_deg",
+            "cannot replace colour: must be among name, source, body, .* mass, .* angle_deg",
         ),
-        ({"mass": -1}, "Body: mass = -1: should be greater than 0"),
-        ({"stiffness": (1.5, 1.5, -1)}, "Leg 'BL': stiffness = -1: should be greater than 0"),
+        ({"mass": -1}, "Body: mass = -1: must be greater than 0"),
+        ({"stiffness": (1.5, 1.5, -1)}, "Leg 'BL': stiffness = -1: must be greater than 0"),
         (
             {"stiffness": (1.5, 1.5)},
-            r"stiffness = \(1.5, 1.5\): should be one value, or one for each pair \(F, M, B\)",
+            r"stiffness = \(1.5, 1.5\): must be one value, or one for each pair \(F, M, B\)",
         ),
         ({"hip": [(0, 0), 0, (0, 0)]}, "Leg 'FL': hip = "),
-        ({"angle": 25}, "angle = 25: should be between -pi and pi rad"),
+        ({"angle": 25}, "angle = 25: must be between -pi and pi rad"),
         ({"angle": 0.1, "angle_deg": 5}, "angle and angle_deg are both given"),
-        ({"actuation": 0.02}, "Leg 'BL': actuation = 0.02: should be less than the length"),
-        ({"gravity": 0}, "gravity = 0: should be greater than 0"),
-        ({"body": 3}, "body = 3: should be"),
-        ({"speed_law": -0.3}, "speed_law: SpeedLaw: level = -0.3: should be greater than 0"),
+        ({"actuation": 0.02}, "Leg 'BL': actuation = 0.02: must be less than the length"),
+        ({"gravity": 0}, "gravity = 0: must be greater than 0"),
+        ({"body": 3}, "body = 3: must be"),
+        ({"speed_law": -0.3}, "speed_law: SpeedLaw: level = -0.3: must be greater than 0"),
         (
             {"step_law": {"points": [[0.3, 3], [0.5, 9]]}},
             "stride frequency at 0.2 m/s = 0 Hz|frequency at 0.2 m/s = -",
@@ -149,14 +149,14 @@ def mirrored_wrongly(**changes: Any) -> tuple[Leg, ...]:
         ({"legs": ROACH.legs + ROACH.legs}, "legs named FL, .* BR occur more than once"),
         (
             {"legs": (*ROACH.legs, ROACH.legs[0].mirrored("X"))},
-            "pair 'F' has legs FL, FR, X: should be one or two",
+            "pair 'F' has legs FL, FR, X: must be one or two",
         ),
-        ({"legs": mirrored_wrongly(stiffness=2.0)}, "legs BL, BR of pair 'B' should be mirror images"),
-        ({"legs": mirrored_wrongly(angle=2.0)}, "legs BL, BR of pair 'B' should be mirror images"),
-        ({"legs": mirrored_wrongly(offset=0.0)}, "legs BL, BR of pair 'B' should be mirror images"),
+        ({"legs": mirrored_wrongly(stiffness=2.0)}, "legs BL, BR of pair 'B' must be mirror images"),
+        ({"legs": mirrored_wrongly(angle=2.0)}, "legs BL, BR of pair 'B' must be mirror images"),
+        ({"legs": mirrored_wrongly(offset=0.0)}, "legs BL, BR of pair 'B' must be mirror images"),
         ({"families": {}}, "families are missing"),
-        ({"families": {"A": ("F", "X")}}, "family 'A' = .*: should be distinct pairs out of F, M, B"),
-        ({"families": {"A": ("F", "F")}}, "family 'A' = .*: should be distinct pairs out of F, M, B"),
+        ({"families": {"A": ("F", "X")}}, "family 'A' = .*: must be distinct pairs out of F, M, B"),
+        ({"families": {"A": ("F", "F")}}, "family 'A' = .*: must be distinct pairs out of F, M, B"),
         ({"families": {"A": ("F", "M"), "Z": ("M", "F")}}, "should differ in the pairs that push"),
     ],
 )

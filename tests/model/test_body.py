@@ -18,7 +18,7 @@ def test_free_yaw_needs_inertia() -> None:
 
 @pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf"), True, "0.1", None, 10**400])
 def test_mass_is_a_positive_finite_number(mass: Any) -> None:
-    with pytest.raises(ModelError, match=r"^Body: mass = .*: should be") as caught:
+    with pytest.raises(ModelError, match=r"^Body: mass = .*: must be") as caught:
         Body(mass=mass)
     assert "\n" not in str(caught.value)
 
@@ -28,8 +28,8 @@ def test_all_that_is_wrong_is_named_in_one_line() -> None:
     with pytest.raises(ModelError) as caught:
         Body(**fields)
     assert str(caught.value) == (
-        "Body: mass is missing; inertia = -1.0: should be greater than 0; "
-        "weight is unknown: should be among mass, inertia, yaw"
+        "Body: mass is missing; inertia = -1.0: must be greater than 0; "
+        "weight is unknown: must be among mass, inertia, yaw"
     )
 
 

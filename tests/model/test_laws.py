@@ -46,7 +46,7 @@ def test_the_speed_law_knows_its_domain() -> None:
     law = SpeedLaw(level=0.35, vertical=0.2, domain_deg=(-10, 45))
     assert law(radians(45)) == pytest.approx(0.275)
     for slope_deg in (-10.1, 45.1, float("nan")):
-        with pytest.raises(ModelError, match=r"^slope = .* deg: should be between -10 and 45 deg$"):
+        with pytest.raises(ModelError, match=r"^slope = .* deg: must be between -10 and 45 deg$"):
             law(radians(slope_deg))
 
 
@@ -57,7 +57,7 @@ def test_a_domain_rises_within_a_right_angle(domain_deg: tuple[float, float]) ->
 
 
 def test_speed_is_positive_all_over_the_domain() -> None:
-    with pytest.raises(ModelError, match=r"speed at -90 deg = -0.1 m/s: should be greater than 0"):
+    with pytest.raises(ModelError, match=r"speed at -90 deg = -0.1 m/s: must be greater than 0"):
         SpeedLaw(level=0.1, vertical=0.3)
     assert SpeedLaw(level=0.1, vertical=0.3, domain_deg=(0, 90))(0.0) == 0.1
 
@@ -88,7 +88,7 @@ def test_a_constant_duration() -> None:
 
 def test_a_line_without_a_positive_frequency_is_refused_where_it_has_none() -> None:
     law = StepLaw(points=((0.2, 2.0), (0.3, 4.0)))
-    with pytest.raises(ModelError, match=r"stride frequency at 0.05 m/s = -1 Hz: should be greater than 0"):
+    with pytest.raises(ModelError, match=r"stride frequency at 0.05 m/s = -1 Hz: must be greater than 0"):
         law(0.05)
 
 
@@ -98,9 +98,9 @@ def test_a_line_without_a_positive_frequency_is_refused_where_it_has_none() -> N
         ({}, "needs points .* or a duration"),
         ({"points": ((0.1, 5.0), (0.2, 6.0)), "duration": 0.05}, "needs points .* or a duration"),
         ({"points": ((0.1, 5.0), (0.1, 6.0))}, "at least two different speeds"),
-        ({"points": ((0.1, 5.0), (0.2, -6.0))}, r"points\[1\]\[1\] = -6.0: should be greater than 0"),
+        ({"points": ((0.1, 5.0), (0.2, -6.0))}, r"points\[1\]\[1\] = -6.0: must be greater than 0"),
         ({"duration": 0.05, "constant_above": 0.3}, "constant_above goes with points"),
-        ({"duration": 0.0}, "duration = 0.0: should be greater than 0"),
+        ({"duration": 0.0}, "duration = 0.0: must be greater than 0"),
     ],
 )
 def test_a_step_law_that_cannot_be_is_refused(fields: dict[str, Any], message: str) -> None:

@@ -41,16 +41,16 @@ def test_angle_in_degrees() -> None:
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
-        ("name", "", "should have at least 1 character"),
+        ("name", "", "must have at least 1 character"),
         ("hip", (0.0,), r"\[1\] is missing"),
-        ("hip", (0.0, float("nan")), r"\[1\] = nan: should be a finite number"),
-        ("length", 0.0, "should be greater than 0"),
-        ("stiffness", -1.5, "should be greater than 0"),
-        ("angle", 25.0, "should be between -pi and pi rad"),
-        ("actuation", -0.01, "should be greater than or equal to 0"),
-        ("actuation", 0.03, "should be less than the length, 0.03 m"),
-        ("function", "kick", "should be 'push' or 'pull'"),
-        ("offset", 2.0, "should be less than 2"),
+        ("hip", (0.0, float("nan")), r"\[1\] = nan: must be a finite number"),
+        ("length", 0.0, "must be greater than 0"),
+        ("stiffness", -1.5, "must be greater than 0"),
+        ("angle", 25.0, "must be between -pi and pi rad"),
+        ("actuation", -0.01, "must be greater than or equal to 0"),
+        ("actuation", 0.03, "must be less than the length, 0.03 m"),
+        ("function", "kick", "must be 'push' or 'pull'"),
+        ("offset", 2.0, "must be less than 2"),
     ],
 )
 def test_a_bad_value_is_named_with_what_would_be_valid(field: str, value: object, message: str) -> None:

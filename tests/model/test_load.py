@@ -62,13 +62,13 @@ def test_a_preset_has_the_form_of_a_file(file: Path) -> None:
     [
         ("mass = ", "Invalid value"),
         ("\x00", "Invalid"),
-        ('like = "roach"', r"like = 'roach': should be a preset \(cockroach\)"),
-        ('like = ["cockroach"]', "like = .*: should be a preset"),
-        ('like = "cockroach"\nstiffness = -1', "Leg 'FL': stiffness = -1: should be greater than 0"),
-        ('like = "cockroach"\ncolour = "brown"', "cannot replace colour: should be among"),
-        ('like = "cockroach"\nmass = "3e-3"', "Body: mass = '3e-3': should be a number"),
+        ('like = "roach"', r"like = 'roach': must be a preset \(cockroach\)"),
+        ('like = ["cockroach"]', "like = .*: must be a preset"),
+        ('like = "cockroach"\nstiffness = -1', "Leg 'FL': stiffness = -1: must be greater than 0"),
+        ('like = "cockroach"\ncolour = "brown"', "cannot replace colour: must be among"),
+        ('like = "cockroach"\nmass = "3e-3"', "Body: mass = '3e-3': must be a number"),
         ("mass = 3e-3", "Animal 'mine': body is missing; .* mass is unknown"),
-        ('[[legs]]\nname = "L"\nangle_deg = "x"', r"legs\[0\]: Leg 'L': angle_deg = 'x': should be a number"),
+        ('[[legs]]\nname = "L"\nangle_deg = "x"', r"legs\[0\]: Leg 'L': angle_deg = 'x': must be a number"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said_in_one_line(file: Path, text: str, message: str) -> None:
@@ -88,7 +88,7 @@ def test_a_file_that_is_no_text(file: Path) -> None:
 def test_what_is_not_there(file: Path) -> None:
     with pytest.raises(ModelError, match=r"mine\.toml: No such file"):
         load_animal(file)
-    with pytest.raises(ModelError, match=r"^no animal 'roach': should be a preset \(cockroach\) or a TOML file$"):
+    with pytest.raises(ModelError, match=r"^no animal 'roach': must be a preset \(cockroach\) or a TOML file$"):
         load_animal("roach")
     with pytest.raises(ModelError, match="Is a directory"):
         load_animal(file.parent)

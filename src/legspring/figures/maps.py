@@ -103,10 +103,10 @@ def slice_at(dataset: xr.Dataset, name: str, x: str, y: str, at: dict[str, Any])
     """Cut the plane of a map out of an atlas, y down and x across, and describe where it lies."""
     numbers = [str(variable) for variable, array in dataset.data_vars.items() if array.dtype.kind == "f"]
     if name not in numbers:
-        raise ValueError(f"name = {name!r}: should be one of {', '.join(numbers)}")
+        raise ValueError(f"name = {name!r}: must be one of {', '.join(numbers)}")
     dims = [str(dim) for dim in dataset[name].dims]
     if unknown := [dim for dim in (x, y, *at) if dim not in dims and dim != "branch"]:
-        raise ValueError(f"{name} has no dimension {unknown[0]!r}: should be one of {', '.join(dims)}")
+        raise ValueError(f"{name} has no dimension {unknown[0]!r}: must be one of {', '.join(dims)}")
     grid, places = dataset, []
     for dim in dims:
         if dim in (x, y):
@@ -126,7 +126,7 @@ def find(coordinate: xr.DataArray, value: Any) -> Any:
     same = np.isclose(values, value) if rounded else values == value
     if not np.any(same):
         offered = ", ".join(map(str, values.tolist())) or "nothing, as the atlas has none"
-        raise ValueError(f"{coordinate.name} = {value!r}: should be one of {offered}")
+        raise ValueError(f"{coordinate.name} = {value!r}: must be one of {offered}")
     return values[same][0]
 
 

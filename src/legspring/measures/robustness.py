@@ -19,6 +19,7 @@ ANGLE = 0.15
 BACK, SURELY_BACK = 1e-2, 1e-3
 ELSEWHERE, REPEATS = 1.0, 2e-3
 STRIDES = 50
+LARGEST_IMPULSE = 10.0
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,8 @@ def recover(
     impulse
         In units of m v_des, > 0 to the right.
     """
-    if not abs(impulse) <= 10.0:
-        raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-10")
+    if not abs(impulse) <= LARGEST_IMPULSE:
+        raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-{LARGEST_IMPULSE:g}")
     legs = setting.legs(phase)[:, :, None]
     _, _, tape = run(
         setting.body[:, None],

@@ -15,7 +15,7 @@ class ModelError(ValueError):
 def require_number(value: object) -> Real:
     """Refuse what pydantic would turn into a number: True into 1.0, "3" into 3.0."""
     if not isinstance(value, Real) or isinstance(value, bool):
-        raise ValueError("should be a number")
+        raise ValueError("must be a number")
     return value
 
 
@@ -47,11 +47,12 @@ class Frozen(BaseModel):
     def _describe(cls, problem: ErrorDetails) -> str:
         where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in problem["loc"])[1:]
         message = problem["msg"].removeprefix("Value error, ").removeprefix("Input ")
+        message = message.replace("should have", "must have").replace("should be", "must be")
         match problem["type"]:
             case "missing":
                 return f"{where} is missing"
             case "extra_forbidden":
-                return f"{where} is unknown: should be among {', '.join(cls.model_fields)}"
+                return f"{where} is unknown: must be among {', '.join(cls.model_fields)}"
             case "value_error" if not where:
                 return message
             case "value_error" if isinstance(problem["ctx"]["error"], ModelError):

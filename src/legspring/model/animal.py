@@ -142,7 +142,7 @@ class Animal(Frozen):
             If the animal has no such family.
         """
         if family not in self.families:
-            raise ModelError(f"family = {family!r}: should be one of {', '.join(self.families)}")
+            raise ModelError(f"family = {family!r}: must be one of {', '.join(self.families)}")
         return tuple(-1 if pair in self.families[family] else 1 for pair in self.pairs)
 
     def desired_speed(self, slope: float) -> float:
@@ -219,7 +219,7 @@ class Animal(Frozen):
         own, body, leg = (_pick(changes, names) for names in _CHANGEABLE)
         if unknown := [name for name in changes if name not in own | body | leg]:
             valid = ", ".join(name for names in _CHANGEABLE for name in names)
-            raise ModelError(f"cannot replace {', '.join(unknown)}: should be among {valid}")
+            raise ModelError(f"cannot replace {', '.join(unknown)}: must be among {valid}")
         animal = Animal(**dict(self) | own)
         parts: dict[str, Any] = {}
         if body:
@@ -260,15 +260,15 @@ def _by_pair(name: str, value: Any, pairs: tuple[str, ...]) -> dict[str, Any]:
         return dict.fromkeys(pairs, array.tolist())
     if array.ndim == dimensions + 1 and len(array) == len(pairs):
         return dict(zip(pairs, array.tolist(), strict=True))
-    raise ModelError(f"{name} = {value!r}: should be one value, or one for each pair ({', '.join(pairs)})")
+    raise ModelError(f"{name} = {value!r}: must be one value, or one for each pair ({', '.join(pairs)})")
 
 
 def _check_names(legs: tuple[Leg, ...]) -> None:
     if not legs:
-        raise ModelError("legs are missing: should be one at least")
+        raise ModelError("legs are missing: must be one at least")
     names = [leg.name for leg in legs]
     if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
-        raise ModelError(f"legs named {', '.join(twice)} occur more than once; names should be unique")
+        raise ModelError(f"legs named {', '.join(twice)} occur more than once; names must be unique")
 
 
 def _check_pairs(legs: tuple[Leg, ...]) -> None:
@@ -277,19 +277,19 @@ def _check_pairs(legs: tuple[Leg, ...]) -> None:
         members = [leg for leg in legs if leg.pair == pair]
         names = ", ".join(leg.name for leg in members)
         if len(members) > 2:
-            raise ModelError(f"pair {pair!r} has legs {names}: should be one or two")
+            raise ModelError(f"pair {pair!r} has legs {names}: must be one or two")
         if len(members) == 2 and not members[1].is_mirror_image_of(members[0]):
             raise ModelError(
-                f"legs {names} of pair {pair!r} should be mirror images: angle and hip's dx negated, "
+                f"legs {names} of pair {pair!r} must be mirror images: angle and hip's dx negated, "
                 "offsets 1 apart, all else equal"
             )
 
 
 def _check_families(families: Mapping[str, tuple[str, ...]], pairs: tuple[str, ...]) -> None:
     if not families:
-        raise ModelError("families are missing: should be one at least")
+        raise ModelError("families are missing: must be one at least")
     for family, pushing in families.items():
         if not set(pushing) <= set(pairs) or len(set(pushing)) < len(pushing):
-            raise ModelError(f"family {family!r} = {pushing}: should be distinct pairs out of {', '.join(pairs)}")
+            raise ModelError(f"family {family!r} = {pushing}: must be distinct pairs out of {', '.join(pairs)}")
     if len(set(map(frozenset, families.values()))) < len(families):
         raise ModelError(f"families = {families}: should differ in the pairs that push")

@@ -47,7 +47,7 @@ class SpeedLaw(Frozen):
             raise ValueError(f"domain_deg = {self.domain_deg}: should rise, within -90 to 90 deg")
         for slope_deg in self.domain_deg:
             if (speed := self._speed(slope_deg)) <= 0:
-                raise ValueError(f"speed at {slope_deg:g} deg = {speed:g} m/s: should be greater than 0")
+                raise ValueError(f"speed at {slope_deg:g} deg = {speed:g} m/s: must be greater than 0")
         return self
 
     def __call__(self, slope: float) -> float:
@@ -71,7 +71,7 @@ class SpeedLaw(Frozen):
         slope_deg = degrees(slope)
         low, high = self.domain_deg
         if not low - _ROUNDING_DEG <= slope_deg <= high + _ROUNDING_DEG:
-            raise ModelError(f"slope = {slope_deg:g} deg: should be between {low:g} and {high:g} deg")
+            raise ModelError(f"slope = {slope_deg:g} deg: must be between {low:g} and {high:g} deg")
         return self._speed(slope_deg)
 
     def _speed(self, slope_deg: float) -> float:
@@ -116,7 +116,7 @@ class StepLaw(Frozen):
         if bool(self.points) == (self.duration is not None):
             raise ValueError("needs points (speed m/s, stride frequency Hz) or a duration (s), and not both")
         if self.points and len({speed for speed, _ in self.points}) < 2:
-            raise ValueError("points should have at least two different speeds (m/s)")
+            raise ValueError("points must have at least two different speeds (m/s)")
         if self.duration is not None and self.constant_above is not None:
             raise ValueError("constant_above goes with points; a duration is constant anyway")
         return self
@@ -146,7 +146,7 @@ class StepLaw(Frozen):
             speed = min(speed, self.constant_above)
         frequency = intercept + gradient * speed
         if not frequency > 0:
-            raise ModelError(f"stride frequency at {speed:g} m/s = {frequency:g} Hz: should be greater than 0")
+            raise ModelError(f"stride frequency at {speed:g} m/s = {frequency:g} Hz: must be greater than 0")
         return 1.0 / (2.0 * frequency)
 
     @cached_property

@@ -10,7 +10,7 @@ from legspring.model._base import Frozen, Label, Number, Positive, require_numbe
 
 def _half_turn(angle: float) -> float:
     if abs(angle) > pi:
-        raise ValueError("should be between -pi and pi rad (angle_deg takes degrees)")
+        raise ValueError("must be between -pi and pi rad (angle_deg takes degrees)")
     return angle
 
 
@@ -77,7 +77,7 @@ class Leg(Frozen):
     @model_validator(mode="after")
     def _actuation_below_length(self) -> Self:
         if self.actuation >= self.length:
-            raise ValueError(f"actuation = {self.actuation}: should be less than the length, {self.length} m")
+            raise ValueError(f"actuation = {self.actuation}: must be less than the length, {self.length} m")
         return self
 
     @property

@@ -68,7 +68,7 @@ def load_animal(name_or_path: str | PathLike[str]) -> Animal:
     path = Path(name_or_path)
     if not path.exists() and path.suffix != ".toml":
         raise ModelError(
-            f"no animal {fspath(name_or_path)!r}: should be a preset ({', '.join(presets())}) or a TOML file"
+            f"no animal {fspath(name_or_path)!r}: must be a preset ({', '.join(presets())}) or a TOML file"
         )
     return _read(path)
 
@@ -88,5 +88,5 @@ def _build(fields: dict[str, Any]) -> Animal:
     if "like" not in fields:
         return Animal(**fields)
     if (like := fields.pop("like")) not in presets():
-        raise ModelError(f"like = {like!r}: should be a preset ({', '.join(presets())})")
+        raise ModelError(f"like = {like!r}: must be a preset ({', '.join(presets())})")
     return load_animal(like).replace(**fields)
