@@ -10,9 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 from legspring.kernel import launch as rows
 from legspring.kernel.run import run
 from legspring.kernel.walker import (
+    ACTUATION,
+    ANGLE,
     EVENT_LOST,
+    LENGTH,
     N_LEG,
+    PHASE,
     STEP_TOO_SMALL,
+    STIFFNESS,
+    TIME,
     TOO_MANY_STEPS,
     VX,
     VY,
@@ -28,6 +34,18 @@ from legspring.setting import ACCURACY, Setting
 Floats = NDArray[np.float64]
 
 NO_PUSH = np.zeros((0, 3))
+START_ROWS = {
+    "speed": rows.SPEED,
+    "heading": rows.HEADING,
+    "Dx": rows.DX,
+    "Dy": rows.DY,
+    "yaw": rows.START_YAW,
+    "yaw_rate": rows.START_YAW_RATE,
+    "turn": rows.TURN,
+}
+LEG_ROWS = {"phase": PHASE, "actuation": ACTUATION, "stiffness": STIFFNESS, "length": LENGTH, "angle": ANGLE}
+Direction = str | tuple[str, str]
+
 MOST_STEPS_AT_ONCE = 2000
 """Longest simulation, in steps."""
 REASONS = {
@@ -75,13 +93,55 @@ class Start:
         return np.array([self.speed * t_des, self.heading, dx, dy, self.yaw, self.yaw_rate * t_des, turn])
 
 
+def jets(
+    setting: Setting, phase: ArrayLike, start: Start, along: Sequence[Direction] = ()
+) -> tuple[Floats, Floats, Floats]:
+    """Return body, legs and start for the kernel, with their derivatives along some directions.
+
+    Parameters
+    ----------
+    setting, phase, start
+        See `flow`.
+    along
+        Directions: ``"speed"``, ``"heading"``, ``"Dx"``, ``"Dy"``, ``"yaw"``, ``"yaw_rate"``, ``"turn"`` of the start;
+        or pairs such as ``("phase", "F")`` of ``"phase"``, ``"actuation"`` (magnitude), ``"stiffness"``, ``"length"`` or
+        ``"angle"`` and a pair of legs, which changes both legs alike (the angle: in mirror image). All in the kernel's
+        units.
+
+    Raises
+    ------
+    ValueError
+        For an unknown direction, or a start that is not one.
+    """
+    values = start.in_kernel_units(setting)
+    if not np.all(np.isfinite(values)) or values[0] <= 0.0:
+        raise ValueError(f"{start}: must have a positive speed and finite numbers")
+    animal, width = setting.animal, 1 + len(along)
+    start_jet = np.zeros((rows.N_START, width))
+    legs = np.zeros((len(animal.legs), N_LEG, width))
+    body = np.zeros((2, width))
+    start_jet[:, 0], legs[:, :, 0], body[:, 0] = values, setting.legs(phase), setting.body
+    for d, direction in enumerate(along, start=1):
+        match direction:
+            case str(name) if name in START_ROWS:
+                start_jet[START_ROWS[name], d] = 1.0
+            case (name, pair) if name in LEG_ROWS and pair in animal.pairs:
+                for i, leg in enumerate(animal.legs):
+                    mirrored = {"actuation": setting.side[i], "angle": 1.0 if leg.offset == 0.0 else -1.0}
+                    legs[i, LEG_ROWS[name], d] = mirrored.get(name, 1.0) if leg.pair == pair else 0.0
+            case _:
+                valid = f"one of {', '.join(START_ROWS)}, or one of {', '.join(LEG_ROWS)} with a pair of legs"
+                raise ValueError(f"along = {direction!r}: must be {valid}")
+    return body, legs, start_jet
+
+
 def flow(
     setting: Setting,
     phase: ArrayLike,
     start: Start,
     *,
     steps: int = 1,
-    seeds: Floats | None = None,
+    along: Sequence[Direction] = (),
     push: Floats = NO_PUSH,
     record: bool = False,
     accuracy: float = ACCURACY,
@@ -96,8 +156,8 @@ def flow(
         Where from.
     steps
         How far.
-    seeds
-        ``(7, D)``: derivatives of the start, in the kernel's units, in D directions.
+    along
+        Directions to take exact derivatives in (see `jets`).
     push
         ``(P, 3)``: knots of an acceleration from outside, in the kernel's units.
     record
@@ -108,7 +168,7 @@ def flow(
     Returns
     -------
     walker, tape
-        The end, and what happened.
+        The end, whose state ``y`` is ``(n, 1 + D)`` for D directions, and what happened.
 
     Raises
     ------
@@ -117,15 +177,7 @@ def flow(
     """
     if not 0 <= steps <= MOST_STEPS_AT_ONCE:
         raise ValueError(f"steps = {steps!r}: must be from 0 to {MOST_STEPS_AT_ONCE}")
-    values = start.in_kernel_units(setting)
-    if not np.all(np.isfinite(values)) or values[0] <= 0.0:
-        raise ValueError(f"{start}: must have a positive speed and finite numbers")
-    derivatives = np.zeros((rows.N_START, 0)) if seeds is None else seeds
-    width = 1 + derivatives.shape[1]
-    legs = np.zeros((len(setting.animal.legs), N_LEG, width))
-    legs[:, :, 0] = setting.legs(phase)
-    body = np.zeros((2, width))
-    body[:, 0] = setting.body
+    body, legs, start_jet = jets(setting, phase, start, along)
     room = (60 * steps + 60, 20 * steps + 20) if record else (0, 0)
     status, walker, tape = run(
         body,
@@ -133,14 +185,14 @@ def flow(
         setting.side,
         setting.offset,
         push,
-        np.ascontiguousarray(np.column_stack([values, derivatives])),
+        start_jet,
         setting.rows,
         float(steps),
         setting.error_scale(accuracy),
         *room,
     )
     if status in REASONS:
-        raise IntegrationError(f"stopped at t = {walker.clock[0] * setting.step_duration:.6g} s: {REASONS[status]}")
+        raise IntegrationError(f"stopped at t = {walker.clock[TIME] * setting.step_duration:.6g} s: {REASONS[status]}")
     return walker, tape
 
 
@@ -153,10 +205,6 @@ def speed_and_heading(y: Floats) -> Floats:
     if len(y) > 4:
         out[1] -= y[YAW]
     return out
-
-
-def _unit_seeds(which: Sequence[int]) -> Floats:
-    return np.eye(rows.N_START)[:, list(which)]
 
 
 def complete_map(
@@ -174,16 +222,14 @@ def complete_map(
         ``(n,)`` and ``(n, n)``, n = 4 or 7.
     """
     yaws = setting.rows == 6
-    which = [rows.SPEED, rows.HEADING, rows.DX, rows.DY]
-    if yaws:
-        which += [rows.START_YAW, rows.START_YAW_RATE, rows.TURN]
-    y = flow(setting, phase, start, seeds=_unit_seeds(which), accuracy=accuracy)[0].y
+    along = ["speed", "heading", "Dx", "Dy"] + (["yaw", "yaw_rate", "turn"] if yaws else [])
+    y = flow(setting, phase, start, along=along, accuracy=accuracy)[0].y
     image = np.vstack([speed_and_heading(y), y[X], y[Y]])
     mirror = np.array([1.0, -1.0, -1.0, 1.0])
     if yaws:
         turn = y[YAW].copy()
         turn[0] -= start.yaw
-        turn[1 + which.index(rows.START_YAW)] -= 1.0
+        turn[1 + along.index("yaw")] -= 1.0
         image = np.vstack([image, y[YAW], y[YAW_RATE], turn])
         mirror = np.append(mirror, [-1.0, -1.0, -1.0])
     image *= mirror[:, None]
@@ -202,12 +248,14 @@ def reduced_map(
     state, jacobian
         ``(n,)`` and ``(n, n)``, n = 2 or 4.
     """
-    which = [rows.SPEED, rows.HEADING] + ([rows.START_YAW, rows.START_YAW_RATE] if setting.rows == 6 else [])
-    seeds = _unit_seeds(which)
-    if setting.rows == 6 and start.turn is None:
-        seeds[rows.TURN, 2] = 2.0
-    y = flow(setting, phase, start, steps=2, seeds=seeds, accuracy=accuracy)[0].y
+    yaws = setting.rows == 6
+    along = ["speed", "heading"] + (["yaw", "yaw_rate", "turn"] if yaws else [])
+    y = flow(setting, phase, start, steps=2, along=along, accuracy=accuracy)[0].y
+    if yaws:
+        # Rebuilding the old feet, a change of yaw is one of the turn before, too.
+        y[:, 3] += 2.0 * y[:, 5]
+        y = y[:, :5]
     image = speed_and_heading(y)
-    if setting.rows == 6:
+    if yaws:
         image = np.vstack([image, y[YAW], y[YAW_RATE]])
     return image[:, 0], image[:, 1:]

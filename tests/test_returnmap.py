@@ -1,0 +1,118 @@
+"""Return maps: their derivatives, and what they refuse."""
+
+import math
+
+import numpy as np
+import pytest
+
+from legspring import Animal
+from legspring.kernel.walker import VX, VY, X, Y
+from legspring.returnmap import Direction, Start, complete_map, flow, reduced_map
+from legspring.setting import TIGHT, Setting
+from tests.conftest import Cells
+
+PHASE = np.array([0.3, 0.6, -0.7])
+START = Start(0.27, 0.15)
+CHANGES: list[tuple[Direction, float]] = [
+    ("speed", 1e-6),
+    ("heading", 1e-4),
+    ("Dx", 1e-6),
+    ("Dy", 1e-6),
+    (("phase", "M"), 1e-4),
+    (("actuation", "F"), 1e-6),
+    (("stiffness", "B"), 1e-4),
+    (("length", "F"), 1e-6),
+    (("angle", "M"), 1e-4),
+]
+
+
+def end(animal: Animal, direction: Direction, change: float) -> np.ndarray:
+    """Return the state after a stride from a start, or of an animal, that is a little changed."""
+    slope, functions = math.radians(60), animal.functions("B")
+    t_des = animal.step_duration(slope)
+    length = animal.desired_speed(slope) * t_des
+    phase, start = PHASE.copy(), START
+    match direction:
+        case "speed":
+            start = Start(START.speed + change / t_des, START.heading)
+        case "heading":
+            start = Start(START.speed, START.heading + change)
+        case "Dx":
+            start = Start(START.speed, START.heading, (change, length))
+        case "Dy":
+            start = Start(START.speed, START.heading, (0.0, length + change))
+        case ("phase", pair):
+            phase[animal.pairs.index(pair)] += change
+        case (name, pair):
+            unit = t_des**2 / animal.body.mass if name == "stiffness" else 1.0
+            value = [
+                getattr(leg, name) + (change / unit if leg.pair == pair else 0.0)
+                for leg in animal.legs
+                if leg.offset == 0.0
+            ]
+            animal = animal.replace(**{name: value})
+    return flow(Setting(animal, slope, functions), phase, start, steps=2, accuracy=1e-13)[0].y[:, 0]
+
+
+def test_derivatives_are_those_of_the_numbers(roach: Animal) -> None:
+    setting = Setting(roach, math.radians(60), roach.functions("B"))
+    y = flow(setting, PHASE, START, steps=2, along=[d for d, _ in CHANGES], accuracy=TIGHT)[0].y
+    for column, (direction, h) in enumerate(CHANGES, start=1):
+        difference = (end(roach, direction, h) - end(roach, direction, -h)) / (2.0 * h)
+        assert y[:, column] == pytest.approx(difference, rel=1e-6, abs=1e-6 * np.abs(difference).max())
+
+
+def test_maps_have_the_derivatives_of_their_states(thesis_map: Cells) -> None:
+    gait = thesis_map[75, 0.15][0]
+    t_des, h = gait.setting.step_duration, 1e-5
+    for which in (complete_map, reduced_map):
+        _, jacobian = which(gait.setting, gait.phase, gait.start, accuracy=TIGHT)
+        ahead, behind = (
+            which(gait.setting, gait.phase, Start(gait.speed, gait.heading + change), accuracy=1e-13)[0]
+            for change in (h, -h)
+        )
+        assert jacobian[:, 1] == pytest.approx((ahead - behind) / (2.0 * h), abs=1e-7)
+        speed = h * gait.setting.step_length
+        ahead, behind = (
+            which(gait.setting, gait.phase, Start(gait.speed + change / t_des, gait.heading), accuracy=1e-13)[0]
+            for change in (speed, -speed)
+        )
+        assert jacobian[:, 0] == pytest.approx((ahead - behind) / (2.0 * speed), abs=1e-5)
+
+
+def test_a_body_that_yaws_has_a_larger_state(roach: Animal) -> None:
+    free = roach.replace(yaw="free", inertia=2.04e-7)
+    setting = Setting(free, math.radians(45), free.functions("B"))
+    start = Start(0.27, 0.15, yaw=0.05, yaw_rate=1.0)
+    state, jacobian = complete_map(setting, PHASE, start)
+    assert jacobian.shape == (7, 7)
+    # Hips at the centre: nothing turns the body.
+    spin = 1.0 * setting.step_duration
+    assert state[4:] == pytest.approx([-(0.05 + spin), -spin, -spin])
+    state, jacobian = reduced_map(setting, PHASE, start)
+    assert jacobian.shape == (4, 4)
+    assert jacobian[2:] == pytest.approx(np.array([[0.0, 0.0, 1.0, 2.0], [0.0, 0.0, 0.0, 1.0]]))
+
+
+@pytest.mark.parametrize("direction", ["mass", ("phase", "X"), ("colour", "F"), 3])
+def test_unknown_directions(roach: Animal, direction: Direction) -> None:
+    setting = Setting(roach, 0.0, roach.functions("A"))
+    with pytest.raises(ValueError, match="along"):
+        flow(setting, PHASE, START, along=[direction])
+
+
+def test_a_start_must_move(roach: Animal) -> None:
+    with pytest.raises(ValueError, match="positive speed"):
+        flow(Setting(roach, 0.0, roach.functions("A")), PHASE, Start(0.0, 0.1))
+    with pytest.raises(ValueError, match="steps = -1"):
+        flow(Setting(roach, 0.0, roach.functions("A")), PHASE, START, steps=-1)
+
+
+def test_progress_is_that_of_the_velocity(roach: Animal) -> None:
+    setting = Setting(roach, 0.0, roach.functions("A"))
+    walker, tape = flow(setting, PHASE, START, steps=3, record=True)
+    assert tape.touchdowns.shape == (4, 4)
+    assert tape.touchdowns[-1] == pytest.approx(walker.y[:, 0])
+    assert tape.touchdowns[0, [X, Y, VX, VY]] == pytest.approx(
+        [0, 0, -0.27 * math.sin(0.15) * setting.step_duration, 0.27 * math.cos(0.15) * setting.step_duration]
+    )
