@@ -104,9 +104,9 @@ def jets(
         See `flow`.
     along
         Directions: ``"speed"``, ``"heading"``, ``"Dx"``, ``"Dy"``, ``"yaw"``, ``"yaw_rate"``, ``"turn"`` of the start;
-        or pairs such as ``("phase", "F")`` of ``"phase"``, ``"actuation"`` (magnitude), ``"stiffness"``, ``"length"`` or
-        ``"angle"`` and a pair of legs, which changes both legs alike (the angle: in mirror image). All in the kernel's
-        units.
+        or pairs such as ``("phase", "F")`` of ``"phase"``, ``"actuation"`` (magnitude), ``"stiffness"``, ``"length"``
+        or ``"angle"`` and a pair of legs, which changes both legs alike (the angle: in mirror image). All in the
+        kernel's units.
 
     Raises
     ------
