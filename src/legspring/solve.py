@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -114,6 +115,16 @@ class Search:
         return "\n".join([*lines, f"{self.starts} starts: {ends}"])
 
 
+class Solutions(NamedTuple):
+    """Where searches ended: unknowns, kind of ending, largest residual, sum of their squares; and steps in all."""
+
+    z: Floats
+    endings: NDArray[np.int64]
+    residuals: Floats
+    squares: Floats
+    steps: int
+
+
 class Problem:
     """The conditions of a gait for one family at one slope and heading, ready to be solved.
 
@@ -193,17 +204,17 @@ class Problem:
             ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
         """
         zeros = np.zeros((0, self.size)) if known is None else known
-        solutions, _, endings, steps = self._solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
-        for z in solutions[endings == newton.CONVERGED]:
+        found = self._solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
+        for z in found.z[found.endings == newton.CONVERGED]:
             if not np.any(np.all(np.abs(self._wrapped(z - zeros)) < SAME, axis=1)):
                 zeros = np.vstack([zeros, z])
-        return zeros, Counter(ENDINGS[int(ending)] for ending in endings), steps
+        return zeros, Counter(ENDINGS[int(ending)] for ending in found.endings), found.steps
 
-    def _solve(self, starts: Floats, accuracy: float, goal: float) -> tuple[Floats, Floats, NDArray[np.int64], int]:
-        """Search from each start; return solutions, residuals, endings and the number of steps simulated."""
+    def _solve(self, starts: Floats, accuracy: float, goal: float) -> Solutions:
+        """Search from each start."""
         z = np.array(starts, dtype=float, ndmin=2)
         setting = self.setting
-        endings, residuals, steps = newton.find_zeros(
+        endings, residuals, squares, steps = newton.find_zeros(
             self._walker,
             self._start,
             setting.pair,
@@ -213,7 +224,7 @@ class Problem:
             goal,
             MOST_ITERATIONS,
         )
-        return self._wrapped(z), residuals, endings, steps
+        return Solutions(self._wrapped(z), endings, residuals, squares, steps)
 
     def _wrapped(self, z: Floats) -> Floats:
         """Return the same unknowns with phases in (-pi, pi]."""
@@ -222,16 +233,29 @@ class Problem:
         z[..., phases] = math.pi - (math.pi - z[..., phases]) % (2.0 * math.pi)
         return z
 
+    def unknowns(self, gait: Gait) -> Floats:
+        """Return a gait's unknowns, to start from."""
+        yaw = (gait.yaw, gait.yaw_rate * self.setting.step_duration) if self.setting.rows == 6 else ()
+        return np.array([gait.speed / self.setting.desired_speed, *gait.phase, *yaw])
+
     def gait(self, z: Floats) -> Gait | None:
         """Return the solution near z as a gait, valid or not; None if there is none after all."""
-        rough = self._solve(z, ACCURACY, GOAL)[0][0]
-        (fine,), (residual,), _, _ = self._solve(rough, TIGHT, GOAL)
-        # The last digits may not be had; what counts is that the conditions are met.
-        if not residual < 100.0 * GOAL:
+        rough = self._solve(z, ACCURACY, GOAL).z[0]
+        gait, _ = self.gait_near(rough)
+        if gait is None:
             return None
+        return replace(gait, drift=float(np.max(np.abs(self._wrapped(self.unknowns(gait) - rough)))))
+
+    def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
+        """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
+        found = self._solve(z, TIGHT, GOAL)
+        fine, squares = found.z[0], float(found.squares[0])
+        # The last digits may not be had; what counts is that the conditions are met.
+        if not found.residuals[0] < 100.0 * GOAL:
+            return None, squares
         setting, n = self.setting, len(self.setting.animal.pairs)
         yaw, yaw_rate = (float(fine[n + 1]), float(fine[n + 2])) if setting.rows == 6 else (0.0, 0.0)
-        return Gait(
+        gait = Gait(
             animal=setting.animal,
             slope=setting.slope,
             heading=self.heading,
@@ -239,11 +263,11 @@ class Problem:
             speed=float(fine[0] * setting.desired_speed),
             phase=tuple(float(angle) for angle in fine[1 : n + 1]),
             actuation=setting.actuation,
-            residual=float(residual),
-            drift=float(np.max(np.abs(self._wrapped(fine - rough)))),
+            residual=float(found.residuals[0]),
             yaw=yaw,
             yaw_rate=yaw_rate / setting.step_duration,
         )
+        return gait, squares
 
     def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
         """Tell gaits from solutions that are none."""

@@ -6,8 +6,9 @@ import numpy as np
 
 from legspring.kernel.dop853 import interpolate
 from legspring.kernel.jit import driver, formula, jit
+from legspring.kernel.length import length_rates
 from legspring.kernel.motion import spring, turn
-from legspring.kernel.walker import SPRING, Floats, Tape
+from legspring.kernel.walker import LAW, SPRING, Floats, Tape
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 PARTS = 4
@@ -35,6 +36,15 @@ def leg_rates(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, f
     if y.shape[0] == 6:
         vx, vy = vx + y[5, 0] * hy, vy - y[5, 0] * hx
     return tape.stance[n, i, SPRING, 0] * gap, (rx * vx + ry * vy) / r
+
+
+@driver
+def stretch_rates(tape: Tape, n: int, x: float, i: int) -> tuple[float, float]:
+    """Rates of the length and of the force-free length of leg i at the fraction x of step n."""
+    _, rate = leg_rates(tape, n, x, i, np.zeros(tape.y.shape[1:]))
+    phase = math.pi * (tape.time[n] + x * tape.size[n])
+    law = tape.stance[n, i]
+    return rate, length_rates(law[LAW + 1, 0], law[LAW + 2, 0], math.sin(phase), math.cos(phase))[0]
 
 
 @jit

@@ -219,8 +219,13 @@ def find_zero(
     goal: float,
     iterations: int,
     room: Workspace,
-) -> tuple[int, float, int]:
-    """Move the unknowns ``z``, in place, to where they fulfil a gait's conditions (see `find_zeros`)."""
+) -> tuple[int, int]:
+    """Move the unknowns ``z``, in place, to where they fulfil a gait's conditions (see `find_zeros`).
+
+    The conditions left there are in ``room.best_residual``. Returns how it ended, and the steps simulated.
+    """
+    for e in range(z.size):
+        room.best_residual[e] = math.inf
     best, damping = math.inf, FIRST_DAMPING
     copy(z, room.trial)
     for iteration in range(1, iterations + 1):
@@ -230,23 +235,23 @@ def find_zero(
             copy(room.residual, room.best_residual)
             copy(room.jacobian, room.best_jacobian)
             if largest(room.residual) <= goal:
-                return CONVERGED, largest(room.residual), iteration
+                return CONVERGED, iteration
             if iteration > PATIENCE and total > 0.98 * best and total > NEAR**2:
-                return STALLED, largest(room.residual), iteration
+                return STALLED, iteration
             best = total
             damping *= 0.2 if total > NEAR else 0.0
         elif best == math.inf:
-            return BROKEN, math.inf, iteration
+            return BROKEN, iteration
         else:
             damping = max(5.0 * damping, 1e-6)
         solved, damping = damped_move(room.best_jacobian, room.best_residual, damping, room.square, room.move)
         if not solved or damping > MOST_DAMPING:
-            return STALLED, largest(room.best_residual), iteration
+            return STALLED, iteration
         for e in range(z.size):
             room.trial[e] = z[e] + room.move[e]
         if not SLOWEST < room.trial[0] < FASTEST:
-            return OUT_OF_RANGE, largest(room.best_residual), iteration
-    return OUT_OF_STEPS, largest(room.best_residual), iterations
+            return OUT_OF_RANGE, iteration
+    return OUT_OF_STEPS, iterations
 
 
 @driver
@@ -259,7 +264,7 @@ def find_zeros(
     scale: float,
     goal: float,
     iterations: int,
-) -> tuple[Ints, Floats, int]:
+) -> tuple[Ints, Floats, Floats, int]:
     """Move each row of unknowns ``z``, in place, to where it fulfils a gait's conditions.
 
     Parameters
@@ -277,8 +282,9 @@ def find_zeros(
 
     Returns
     -------
-    endings, residuals, steps
-        ``(N,)`` each: how it ended, and the largest residual; and the number of steps simulated in all.
+    endings, residuals, squares, steps
+        ``(N,)`` each: how it ended, the largest residual, the sum of squares; and the number of steps simulated in
+        all.
     """
     rows, n = z.shape
     room = Workspace(
@@ -291,8 +297,11 @@ def find_zeros(
         np.zeros(n),
         np.zeros((n, n)),
     )
-    endings, residuals, steps = np.zeros(rows, np.int64), np.zeros(rows), 0
+    endings, steps = np.zeros(rows, np.int64), 0
+    residuals, squares = np.zeros(rows), np.zeros(rows)
     for row in range(rows):
-        endings[row], residuals[row], taken = find_zero(w, start, pair, stride, z[row], scale, goal, iterations, room)
+        endings[row], taken = find_zero(w, start, pair, stride, z[row], scale, goal, iterations, room)
+        residuals[row] = largest(room.best_residual)
+        squares[row] = np.sum(room.best_residual**2)
         steps += taken
-    return endings, residuals, steps
+    return endings, residuals, squares, steps
