@@ -59,7 +59,7 @@ class Cell:
     def search(self, starts: Floats) -> None:
         """Search from each start by itself."""
         z = starts.copy()
-        endings, _, steps = self.solve(z)
+        endings, steps = self.solve(z)
         for solution in z[endings == CONVERGED]:
             self.count(solution)
         self.starts += len(starts)

@@ -32,7 +32,7 @@ def measure(quick: bool) -> list[Figure]:
                     continue
                 begin, solve = unknowns(near[0])[None], solver(gait.setting, gait.heading, ACCURACY, GOAL)
                 z = begin.copy()
-                endings, _, taken = solve(z)
+                endings, taken = solve(z)
                 pairs += 1
                 if endings[0] != CONVERGED or difference(z[0], unknowns(gait)) > SAME:
                     continue

@@ -11,7 +11,7 @@ from legspring.setting import Setting
 from legspring.solve import MOST_ITERATIONS
 
 Floats = NDArray[np.float64]
-Solve = Callable[[Floats], tuple[NDArray[np.int64], Floats, int]]
+Solve = Callable[[Floats], tuple[NDArray[np.int64], int]]
 
 
 def unknowns(gait: Gait) -> Floats:
@@ -29,7 +29,7 @@ def difference(a: Floats, b: Floats) -> float:
 def solver(setting: Setting, heading: float, accuracy: float, goal: float) -> Solve:
     """Return what solves the conditions of a gait from each row of an array, in place.
 
-    It returns how each search ended, the residuals, and the number of steps simulated.
+    It returns how each search ended, and the number of steps simulated.
     """
     stride, scale = setting.step_length, setting.error_scale(accuracy)
     w, start = new_problem(
@@ -42,4 +42,9 @@ def solver(setting: Setting, heading: float, accuracy: float, goal: float) -> So
         stride,
         setting.rows,
     )
-    return lambda z: find_zeros(w, start, setting.pair, stride, z, scale, goal, MOST_ITERATIONS)
+
+    def solve(z: Floats) -> tuple[NDArray[np.int64], int]:
+        endings, *_, steps = find_zeros(w, start, setting.pair, stride, z, scale, goal, MOST_ITERATIONS)
+        return endings, steps
+
+    return solve

@@ -168,6 +168,8 @@ def gaits(
         print_gaits(search)
     else:
         typer.echo(no_gait(search, slope, heading))
+    if figure is not None and not search.gaits:
+        typer.echo(f"legspring: there is nothing to draw into {figure}", err=True)
 
 
 @app.command()
@@ -254,6 +256,7 @@ def recover(
         print_json([about | outcome])
     else:
         elsewhere = "settled on another gait" if recovery.other_gait else "not back within 50 strides"
+        elsewhere = recovery.failure or elsewhere
         steps = elsewhere if recovery.steps is None else f"back after {recovery.steps} steps"
         typer.echo(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
 
@@ -428,7 +431,17 @@ def print_json(records: Sequence[Mapping[str, Any]]) -> None:
 
 ATTRIBUTES = (
     *("family", "branch", "slope_deg", "heading", "speed", "phase", "actuation", "yaw", "yaw_rate", "liftoff"),
-    *("residual", "drift", "grazing", "reduced_eigenvalue", "multipliers", "transport_cost", "peak_force"),
+    *(
+        "events",
+        "residual",
+        "drift",
+        "grazing",
+        "reduced_eigenvalue",
+        "multipliers",
+        "transport_cost",
+        "work",
+        "peak_force",
+    ),
 )
 """What is said about a gait in JSON; the net force is added in two parts."""
 
@@ -465,6 +478,11 @@ def print_gaits(search: "Search") -> None:
         row = (str(gait.branch), gait.family, f"{gait.speed:.4f}", phases)
         table.add_row(*row, *(f"{measure:.4f}" for measure in measures))
     Console(highlight=False).print(table)
+    for gait in search.gaits:
+        if gait.grazes:
+            typer.echo(
+                f"branch {gait.branch}: a leg lifts off at {gait.grazing:.2g} m/s only; its stability is doubtful"
+            )
     typer.echo(search.summary())
 
 

@@ -9,27 +9,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.walker import LIFTOFF, Tape
+from legspring.kernel.walker import LIFTOFF, Floats, Tape
 from legspring.measures.cost import transport_cost, work_of_legs
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.robustness import Recovery, recover
 from legspring.measures.stability import largest_magnitude, multipliers
 from legspring.model import Animal
-from legspring.returnmap import Start, complete_map, flow, reduced_map
+from legspring.returnmap import IntegrationError, Start, complete_map, flow, reduced_map
 from legspring.setting import TIGHT, Setting
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Floats = NDArray[np.float64]
-
 IDLE = 1e-3
 """Peak force, in units of m g, below which a leg does nothing."""
+
+
+GRAZING = 0.01
+"""Rate at lift-off, in units of v_des, below which a leg grazes."""
 
 
 class Invalid(StrEnum):
     """Why a solution of a gait's conditions is no gait (model section 3)."""
 
+    NOT_SIMULATED = "the stride cannot be simulated"
     NO_LIFTOFF = "a leg does not lift off before its next touch-down"
     WRONG_SIGN = "a leg pulls that should push, or pushes that should pull"
     IDLE = "a leg bears less than a thousandth of the weight"
@@ -132,8 +135,17 @@ class Gait:
         rates = np.abs(rows[rows[:, 2] == LIFTOFF, 4])
         return float(rates.min() / self.setting.step_duration) if len(rates) else math.nan
 
+    @property
+    def grazes(self) -> bool:
+        """Whether a leg leaves so slowly (below 1 % of v_des) that derivatives, and so stability, are doubtful."""
+        return self.grazing < GRAZING * self.setting.desired_speed
+
     def invalid(self) -> tuple[Invalid, str] | None:
-        """Say why this solution is no gait, and which leg is to blame; None if it is one."""
+        """Say why this solution is no gait, and which leg is to blame (or more of the reason); None if it is one."""
+        try:
+            self.tape  # noqa: B018
+        except IntegrationError as error:
+            return Invalid.NOT_SIMULATED, str(error)
         for pair, leg in enumerate(self.first_legs):
             name = self.animal.legs[leg].name
             time, rate = self._liftoff(leg)

@@ -6,16 +6,14 @@ from enum import StrEnum
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from legspring.gait import Gait
 from legspring.kernel.measure import stretch_rates
-from legspring.kernel.walker import LIFTOFF
+from legspring.kernel.walker import LIFTOFF, Floats
 from legspring.model import Animal
 from legspring.setting import checked_vector
 from legspring.solve import Problem
-
-Floats = NDArray[np.float64]
 
 Goal = Literal["stability", "efficiency"]
 Map = Literal["complete", "reduced"]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from legspring.kernel import launch as rows
 from legspring.kernel.run import run
@@ -24,14 +24,13 @@ from legspring.kernel.walker import (
     VY,
     YAW,
     YAW_RATE,
+    Floats,
     Tape,
     Walker,
     X,
     Y,
 )
 from legspring.setting import ACCURACY, Setting
-
-Floats = NDArray[np.float64]
 
 NO_PUSH = np.zeros((0, 3))
 START_ROWS = {
@@ -116,6 +115,8 @@ def jets(
     values = start.in_kernel_units(setting)
     if not np.all(np.isfinite(values)) or values[0] <= 0.0:
         raise ValueError(f"{start}: must have a positive speed and finite numbers")
+    if setting.rows == 4 and np.any(values[[rows.START_YAW, rows.START_YAW_RATE, rows.TURN]] != 0.0):
+        raise ValueError(f"yaw = {start.yaw!r}, yaw_rate = {start.yaw_rate!r}: must be 0 for a body whose yaw is held")
     animal, width = setting.animal, 1 + len(along)
     start_jet = np.zeros((rows.N_START, width))
     legs = np.zeros((len(animal.legs), N_LEG, width))

@@ -8,13 +8,26 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.kernel.walker import Floats
 from legspring.model import Animal
-
-Floats = NDArray[np.float64]
 
 ACCURACY = 1e-10
 """Default relative accuracy of states."""
 TIGHT = 1e-12
+
+
+def checked_number(name: str, value: float) -> float:
+    """Return a number as a float, finite or not.
+
+    Raises
+    ------
+    ValueError
+        If it is no number.
+    """
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r}: must be a number") from None
 
 
 def checked_angle(name: str, value: float, largest: float) -> float:
@@ -25,7 +38,7 @@ def checked_angle(name: str, value: float, largest: float) -> float:
     ValueError
         If it is not a finite number of at most the largest magnitude; all in rad.
     """
-    angle = float(value)
+    angle = checked_number(name, value)
     if not abs(angle) <= largest * (1.0 + 1e-12):
         limit = f"{largest:.4g} rad ({math.degrees(largest):g} deg)"
         raise ValueError(f"{name} = {value!r}: must be a finite angle within +-{limit}")
@@ -40,7 +53,10 @@ def checked_vector(name: str, value: ArrayLike, size: int) -> Floats:
     ValueError
         If there are more or fewer numbers, or one is not finite.
     """
-    vector = np.array(value, dtype=float).ravel()
+    try:
+        vector = np.array(value, dtype=float).ravel()
+    except (TypeError, ValueError):
+        vector = np.array([math.nan])
     if vector.size == 1:
         vector = np.repeat(vector, size)
     if vector.size != size or not np.all(np.isfinite(vector)):
@@ -56,10 +72,28 @@ def checked_positive(name: str, value: float) -> float:
     ValueError
         If it is not.
     """
-    number = float(value)
+    number = checked_number(name, value)
     if not 0.0 < number < math.inf:
         raise ValueError(f"{name} = {value!r}: must be a positive finite number")
     return number
+
+
+def checked_slope(slope: float | None, slope_deg: float | None) -> float:
+    """Return the one slope that is given, in rad.
+
+    Raises
+    ------
+    ValueError
+        If both or none are given, or it is beyond the vertical.
+    """
+    if (slope is None) == (slope_deg is None):
+        raise ValueError("give either slope (rad) or slope_deg (degrees)")
+    if slope_deg is not None:
+        if not abs(checked_number("slope_deg", slope_deg)) <= 90.0:
+            raise ValueError(f"slope_deg = {slope_deg!r}: must be a finite angle from -90 to 90 degrees")
+        return math.radians(slope_deg)
+    assert slope is not None
+    return checked_angle("slope", slope, math.pi / 2)
 
 
 @dataclass(frozen=True)

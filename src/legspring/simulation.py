@@ -8,13 +8,18 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.kernel.dop853 import interpolate
-from legspring.kernel.walker import FOOT_X, GRIP_X, LAW, LIFTOFF, SPRING, Tape
+from legspring.kernel.walker import FOOT_X, GRIP_X, LAW, LIFTOFF, SPRING, Floats, Tape
 from legspring.model import Animal
 from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow
-from legspring.setting import ACCURACY, Setting, checked_angle, checked_positive
-from legspring.solve import checked_slope
-
-Floats = NDArray[np.float64]
+from legspring.setting import (
+    ACCURACY,
+    Setting,
+    checked_angle,
+    checked_number,
+    checked_positive,
+    checked_slope,
+    checked_vector,
+)
 
 SAMPLES = 100
 """Samples a step."""
@@ -65,7 +70,7 @@ def simulation(
             "slope_deg": math.degrees(setting.slope),
             "heading": start.heading,
             "speed": start.speed,
-            "phase": np.atleast_1d(np.asarray(phase, dtype=float)),
+            "phase": checked_vector("phase", phase, len(setting.animal.pairs)),
             "actuation": np.array(setting.actuation),
             "desired_speed": setting.desired_speed,
             "step_duration": setting.step_duration,
@@ -183,8 +188,8 @@ def simulate(
     start = Start(
         checked_positive("speed", speed),
         checked_angle("heading", heading, math.pi / 2),
-        displacement,
+        None if displacement is None else tuple(checked_vector("displacement", displacement, 2)),
         checked_angle("yaw", yaw, math.pi),
-        float(yaw_rate),
+        checked_number("yaw_rate", yaw_rate),
     )
     return simulation(setting, phase, start, strides, accuracy=accuracy)

@@ -4,9 +4,9 @@ Why this is complete: right after touch-down the force of a leg has the sign of 
 
     d(|r| - l)/dt = -v cos(beta - heading) + ldev (pi/t_des) cos(phi),
 
-so that the leg's function bounds the cosine of its phase, and all gaits lie in a box (`phase_range`). Searches start
-from points spread evenly over that box. A map over slope and heading adds the gaits of neighbouring cells as starts,
-back and forth until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random
+so that the leg's function bounds the cosine of its phase: all gaits of a body that does not yaw, at initial speeds
+within `SPEED_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box, and
+may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random
 starts, and finds nothing else.
 """
 
@@ -22,18 +22,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
+from legspring.kernel.walker import Floats
 from legspring.model import Animal
-from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle
-
-Floats = NDArray[np.float64]
+from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle, checked_slope
 
 STARTS = 96
 """Starts for each family."""
-SPEED_RANGE = 0.85, 1.35
+SPEED_RANGE = 0.6, 1.4
 """Initial speeds to start from, in units of the desired one."""
+YAW_RANGE = np.array([0.2, 0.4])
+"""Largest yaw (rad) and yaw rate (rad per step duration) to start from, where the body yaws."""
 SLACK = 0.15
 """Allowance on the cosine of the phase for what a force does in the ignored window."""
-ROUGH_ACCURACY, ROUGH_GOAL = 1e-9, 1e-8
+ROUGH_ACCURACY, ROUGH_GOAL = 1e-8, 1e-7
 GOAL = 1e-12
 MOST_ITERATIONS = 40
 SAME = 1e-5
@@ -132,7 +133,9 @@ class Problem:
     where the body yaws, yaw (rad) and yaw rate (rad per step duration).
     """
 
-    def __init__(self, animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None) -> None:
+    def __init__(
+        self, animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None = None
+    ) -> None:
         if len(animal.pairs) != 3:
             raise ValueError(
                 f"animal = {animal.name!r} has {len(animal.pairs)} pairs of legs: the four conditions of a gait fix "
@@ -180,20 +183,21 @@ class Problem:
 
     def starts(self, count: int) -> Floats:
         """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
+        if not (isinstance(count, int) and count >= 1):
+            raise ValueError(f"starts = {count!r}: must be a whole number, at least 1")
         limits = self.phase_range()
         if np.any(np.isnan(limits)):
             return np.zeros((0, self.size))
+        low = np.concatenate([[SPEED_RANGE[0]], -limits, -YAW_RANGE])[: self.size]
+        high = np.concatenate([[SPEED_RANGE[1]], limits, YAW_RANGE])[: self.size]
         # A lattice of the golden ratio's kin (R sequence): even, and the same every time.
-        dimension = 1 + len(limits)
+        dimension = self.size
         root = 1.5
         for _ in range(50):
             root = (1.0 + root) ** (1.0 / (dimension + 1))
         steps = root ** -np.arange(1.0, dimension + 1)
         unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
-        points = np.zeros((count, self.size))
-        points[:, 0] = SPEED_RANGE[0] + (SPEED_RANGE[1] - SPEED_RANGE[0]) * unit[:, 0]
-        points[:, 1 : 1 + len(limits)] = limits * (2.0 * unit[:, 1:] - 1.0)
-        return points
+        return low + (high - low) * unit
 
     def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, "Counter[Ending]", int]:
         """Search from each start, roughly.
@@ -299,24 +303,6 @@ def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
 
 
-def checked_slope(slope: float | None, slope_deg: float | None) -> float:
-    """Return the one slope that is given, in rad.
-
-    Raises
-    ------
-    ValueError
-        If both or none are given, or it is beyond the vertical.
-    """
-    if (slope is None) == (slope_deg is None):
-        raise ValueError("give either slope (rad) or slope_deg (degrees)")
-    if slope_deg is not None:
-        if not abs(slope_deg) <= 90.0:
-            raise ValueError(f"slope_deg = {slope_deg!r}: must be a finite angle from -90 to 90 degrees")
-        return math.radians(slope_deg)
-    assert slope is not None
-    return checked_angle("slope", slope, math.pi / 2)
-
-
 def search_gaits(
     animal: Animal,
     *,
@@ -352,8 +338,6 @@ def search_gaits(
     angle = checked_slope(slope, slope_deg)
     if family is not None:
         animal.functions(family)
-    if starts < 1:
-        raise ValueError(f"starts = {starts!r}: must be at least 1")
     gaits: list[Gait] = []
     rejections: list[Rejection] = []
     steps, endings = 0, Counter[Ending]()

@@ -12,16 +12,17 @@ from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import legspring
 from legspring.gait import Gait
+from legspring.kernel.walker import Floats
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.progress import progress_bar
+from legspring.setting import checked_vector
 from legspring.solve import Problem, number_branches
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -31,7 +32,7 @@ CITATION = (
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
-STARTS = 8
+STARTS = 4
 """Starts for each family in each cell; neighbouring cells give more."""
 
 LONG_NAMES = {
@@ -46,6 +47,7 @@ LONG_NAMES = {
     "peak_force": ("m g", "peak force of a leg on the body"),
     "net_force_max": ("m g", "largest sum of the forces of all legs"),
     "net_force_min": ("m g", "smallest sum of the forces of all legs"),
+    "grazing": ("m/s", "smallest rate at which a leg passes through zero force at lift-off"),
     "residual": ("1", "largest scaled condition left"),
     "recovery_steps": ("1", "steps to recover from an impulse"),
     "recovered": ("1", "whether the gait came back after an impulse (0 or 1)"),
@@ -115,12 +117,19 @@ def _checked_grid(name: str, values: Sequence[float], largest: float) -> tuple[f
     return grid
 
 
+def checked_workers(workers: int | None) -> int:
+    """Return the number of threads: one a core, unless said otherwise."""
+    count = os.cpu_count() or 1 if workers is None else workers
+    if count < 1:
+        raise ValueError(f"workers = {workers!r}: must be at least 1")
+    return count
+
+
 def find_all(
     animal: Animal,
     slopes_deg: Sequence[float],
     headings: Sequence[float],
     *,
-    actuation: ArrayLike | None = None,
     starts: int = STARTS,
     workers: int | None = None,
     progress: bool = False,
@@ -132,7 +141,7 @@ def find_all(
     gaits, effort
         Gaits by (slope index, heading index), numbered; and counts of starts, steps simulated and rejections.
     """
-    workers = workers or os.cpu_count() or 1
+    workers = checked_workers(workers)
     places = [(row, column) for row in range(len(slopes_deg)) for column in range(len(headings))]
     effort = {"starts": 0, "steps": 0, "rejected": 0}
     found: dict[tuple[int, int], list[Gait]] = {place: [] for place in places}
@@ -141,7 +150,7 @@ def find_all(
         for family in animal.families:
             cells = {
                 (row, column): Cell.empty(
-                    (row, column), Problem(animal, np.radians(slopes_deg[row]), headings[column], family, actuation)
+                    (row, column), Problem(animal, np.radians(slopes_deg[row]), headings[column], family)
                 )
                 for row, column in places
             }
@@ -174,6 +183,7 @@ def measured(gait: Gait, impulses: Sequence[float]) -> dict[str, Any]:
         "peak_force": gait.peak_force,
         "net_force_max": high,
         "net_force_min": low,
+        "grazing": gait.grazing,
         "residual": gait.residual,
         "recovery_steps": [np.nan if r.steps is None else r.steps for r in recoveries],
         "recovered": [float(r.recovered) for r in recoveries],
@@ -223,13 +233,12 @@ def atlas(
     slopes_deg = _checked_grid("slopes_deg", slopes_deg, 90.0)
     headings = _checked_grid("headings", headings, math.pi / 2)
     impulses = _checked_grid("impulses", impulses, LARGEST_IMPULSE) if len(impulses) else ()
-    found, effort = find_all(
-        animal, slopes_deg, headings, actuation=actuation, starts=starts, workers=workers, progress=progress
-    )
+    if actuation is not None:
+        animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
+    found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
     gaits = [(place, gait) for place, here in found.items() for gait in here]
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
-        count = workers or os.cpu_count() or 1
-        values = _parallel(lambda item: measured(item[1], impulses), gaits, count, tick)
+        values = _parallel(lambda item: measured(item[1], impulses), gaits, checked_workers(workers), tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
     coords = {
         "slope_deg": ("slope_deg", list(slopes_deg), {"units": "degrees", "long_name": "slope"}),

@@ -5,8 +5,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-pytest.importorskip("heyoka")
-
 from legspring.kernel.dop853 import interpolate
 from legspring.kernel.measure import ALL_LEGS, largest_force, leg_work
 from legspring.setting import ACCURACY, TIGHT

@@ -9,8 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-pytest.importorskip("heyoka")
-
 from legspring.kernel.measure import largest_force, leg_work
 from legspring.kernel.walker import EVENT_LOST, N_LEG, OK, STEP_TOO_SMALL, TOO_MANY_STEPS
 from legspring.setting import ACCURACY, TIGHT

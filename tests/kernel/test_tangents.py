@@ -5,8 +5,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-pytest.importorskip("heyoka")
-
 from legspring.setting import ACCURACY, TIGHT
 from tests.kernel.bridge import point_mass, rigid_body, scale, simulate, size
 from tests.oracle import heyoka_walker

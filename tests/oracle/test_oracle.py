@@ -12,11 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from .problem import LEGS, Array, Direction, Problem, Run, cockroach_problem, random_problem
-
-pytest.importorskip("heyoka")
-
 from . import heyoka_walker, scipy_walker
+from .problem import LEGS, Array, Direction, Problem, Run, cockroach_problem, random_problem
 
 REFERENCE = Path(__file__).parent.parent / "reference"
 STRIDES = list(csv.DictReader((REFERENCE / "strides.csv").open()))

@@ -47,7 +47,9 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
 
 def formula(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function that only works on what it is given into its callers, where it costs no call."""
-    compiled: Callable[P, R] = njit(forceinline=True, _nrt=False, **OPTIONS)(function)
+    compiled: Callable[P, R] = njit(
+        forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, **OPTIONS
+    )(function)
     return compiled
 
 

@@ -122,7 +122,7 @@ def lift_off(s: float, leaving: int, w: Walker, tape: Tape) -> None:
         tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
 
 
-@formula
+@jit
 def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
     rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
@@ -157,7 +157,7 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
                 clock[PUSH_X + 2 * axis + 1] = slope
 
 
-@part
+@jit
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
     slide(w.ahead, shift, w.k[12], w.k[12], w.y)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.kernel.run import run
 from legspring.kernel.walker import VX, VY
-from legspring.returnmap import Start
+from legspring.returnmap import REASONS, Start
 from legspring.setting import ACCURACY, Setting
 
 BEGIN = 1.0 / 8.0
@@ -36,12 +36,15 @@ class Recovery:
         ``(101,)``: distance from the gait at the start (0) and at the end of each step.
     other_gait
         Whether it settled on another gait.
+    failure
+        Why the simulation could not be carried on, if it could not: such a gait is not recovered.
     """
 
     impulse: float
     steps: int | None
     distance: NDArray[np.float64]
     other_gait: bool
+    failure: str | None = None
 
     @property
     def recovered(self) -> bool:
@@ -75,7 +78,7 @@ def recover(
     if not abs(impulse) <= LARGEST_IMPULSE:
         raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-{LARGEST_IMPULSE:g}")
     legs = setting.legs(phase)[:, :, None]
-    _, _, tape = run(
+    status, _, tape = run(
         setting.body[:, None],
         legs,
         setting.side,
@@ -89,7 +92,7 @@ def recover(
         0,
     )
     distance = distances(setting, tape.touchdowns)
-    return Recovery(impulse, steps_to_recover(distance), distance, settled_elsewhere(distance))
+    return Recovery(impulse, steps_to_recover(distance), distance, settled_elsewhere(distance), REASONS.get(status))
 
 
 def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
