@@ -6,8 +6,9 @@ Why this is complete: right after touch-down the force of a leg has the sign of 
 
 so that the leg's function bounds the cosine of its phase: all gaits of a body that does not yaw, at initial speeds
 within `SPEED_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box, and
-may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random
-starts, and finds nothing else.
+may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
+until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
+nothing else.
 """
 
 import math

@@ -16,6 +16,7 @@ from legspring.kernel.walker import (
     PUSH_X,
     PUSH_Y,
     SPRING,
+    VARIED,
     VX,
     VY,
     YAW,
@@ -97,14 +98,14 @@ def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: F
     moment = 0.0
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            moment += add_tangents(y, stance, i, out, lean, phase)
+            moment += add_tangents(y, stance, i, out, lean, phase, contacts[i, VARIED] != 0.0)
     if rows == 6:
         for d in range(1, width):
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
 
 
 @formula
-def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair) -> float:
+def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair, varied: bool) -> float:
     """Add the derivatives of the force of leg i, and of its moment, in every direction; return the moment.
 
     With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
@@ -123,8 +124,8 @@ def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, pha
     row_x = force_row(kxx, kxy, ux, gap, stiffness, lean, law)
     row_y = force_row(kxy, kyy, uy, gap, stiffness, lean, law)
     yaw_x, yaw_y = hy * kxx - hx * kxy, hy * kxy - hx * kyy
-    add_row(y, stance, i, out[VX], row_x, yaw_x)
-    add_row(y, stance, i, out[VY], row_y, yaw_y)
+    add_row(y, stance, i, out[VX], row_x, yaw_x, varied)
+    add_row(y, stance, i, out[VY], row_y, yaw_y, varied)
     if y.shape[0] == 6:
         c, s = lean
         fx, fy = stiffness * gap * ux, stiffness * gap * uy
@@ -138,7 +139,7 @@ def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, pha
             hx * row_y[6] - hy * row_x[6],
             hx * row_y[7] - hy * row_x[7],
         )
-        add_row(y, stance, i, out[YAW_RATE], row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy)
+        add_row(y, stance, i, out[YAW_RATE], row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy, varied)
     return stiffness * gap * (hx * uy - hy * ux)
 
 
@@ -151,7 +152,7 @@ def force_row(kx: float, ky: float, u: float, gap: float, spring: float, lean: P
 
 
 @formula
-def add_row(y: Floats, stance: Floats, i: int, out: Floats, f: Factors, yaw: float) -> None:
+def add_row(y: Floats, stance: Floats, i: int, out: Floats, f: Factors, yaw: float, varied: bool) -> None:
     """Add to one row of derivatives the given multiples of the stance's rows and of the state's.
 
     In loops of few arrays each, which the compiler turns into vector instructions.
@@ -159,8 +160,9 @@ def add_row(y: Floats, stance: Floats, i: int, out: Floats, f: Factors, yaw: flo
     rows = stance[i]
     for d in range(1, out.size):
         out[d] += f[0] * (rows[0, d] - y[X, d]) + f[1] * (rows[1, d] - y[Y, d])
-    for d in range(1, out.size):
-        out[d] += f[2] * rows[2, d] + f[3] * rows[3, d] + f[4] * rows[4, d]
+    if varied:
+        for d in range(1, out.size):
+            out[d] += f[2] * rows[2, d] + f[3] * rows[3, d] + f[4] * rows[4, d]
     for d in range(1, out.size):
         out[d] += f[5] * rows[5, d] + f[6] * rows[6, d] + f[7] * rows[7, d]
     if y.shape[0] == 6:

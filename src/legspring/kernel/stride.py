@@ -33,6 +33,7 @@ from legspring.kernel.walker import (
     TIME,
     TOO_MANY_STEPS,
     TOUCHDOWN,
+    VARIED,
     YAW,
     Floats,
     Tape,
@@ -59,10 +60,13 @@ def copy(source: Floats, target: Floats) -> None:
 def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts: Floats) -> None:
     """Put leg i down at time s under a body in state y, such that its force is zero (model: foot placement)."""
     yaws = y.shape[0] == 6
+    contacts[i, VARIED] = 0.0
     for d in range(legs.shape[2]):
         stance[i, GRIP_X, d] = legs[i, HIP_X, d]
         stance[i, GRIP_Y, d] = legs[i, HIP_Y, d]
         stance[i, SPRING, d] = legs[i, STIFFNESS, d]
+        if d > 0 and (legs[i, HIP_X, d] != 0.0 or legs[i, HIP_Y, d] != 0.0 or legs[i, STIFFNESS, d] != 0.0):
+            contacts[i, VARIED] = 1.0
     set_law(legs, i, s, stance)
     sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
     lean = turn(y)

@@ -32,8 +32,8 @@ FOOT_X, FOOT_Y, GRIP_X, GRIP_Y, SPRING, LAW = 0, 1, 2, 3, 4, 5
 N_STANCE = 8
 
 # Columns of the contacts.
-SIDE, OFFSET, SINCE, DOWN, SIGN = 0, 1, 2, 3, 4
-N_CONTACT = 5
+SIDE, OFFSET, SINCE, DOWN, SIGN, VARIED = 0, 1, 2, 3, 4, 5
+N_CONTACT = 6
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
 TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y = 0, 1, 2, 3, 4, 6
 N_CLOCK = 8
@@ -56,9 +56,9 @@ class Walker(NamedTuple):
     push
         ``(P, 3)``: knots (time, x, y) of an acceleration from outside, linear in between, zero elsewhere.
     contacts
-        ``(L, 5)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
+        ``(L, 6)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
         2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), and the sign of its gap
-        ``|r| - l`` since the end of the ignored window (0 before).
+        ``|r| - l`` since the end of the ignored window (0 before), and whether its hip or stiffness has derivatives.
     clock
         ``(8,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
         error of the yaw one of a position, and the push now.
