@@ -84,6 +84,12 @@ def test_collapse_is_said(roach: ls.Animal) -> None:
         {"accuracy": 1.0},
         {"family": "Z"},
         {"yaw": math.nan},
+        {"yaw": 0.3},
+        {"yaw_rate": 5.0},
+        {"yaw_rate": "fast"},
+        {"speed": "fast"},
+        {"phase": ("a", 0, 0)},
+        {"displacement": (1, 2, 3)},
     ],
 )
 def test_bad_input_is_named(roach: ls.Animal, changes: dict[str, object]) -> None:

@@ -8,6 +8,7 @@ import pytest
 
 from legspring import Animal, find_gaits, search_gaits
 from legspring.gait import Gait, Invalid
+from legspring.returnmap import complete_map
 from legspring.solve import Ending, Problem, hindmost, number_branches
 from tests.conftest import Cells, read_reference
 
@@ -136,6 +137,49 @@ def test_validity_tells_what_is_wrong(thesis_map: Cells) -> None:
     weak = changed(gait, actuation=(0.016, 0.00002, 0.0095), phase=(front, 1.5, back)).invalid()
     assert weak is not None
     assert weak[1] == "MR"
+
+
+def test_every_reason_is_met(roach: Animal, thesis_map: Cells) -> None:
+    rng = np.random.default_rng(3)
+    gait = thesis_map[75, 0.15][0]
+    candidates = [changed(gait, phase=tuple(rng.uniform(-1.6, 1.6, 3))) for _ in range(200)]
+    candidates += [changed(thesis_map[0, 0.15][0], animal=roach.replace(stiffness=k)) for k in (1e-4, 1e15)]
+    reasons = {reason[0] for reason in (candidate.invalid() for candidate in candidates) if reason}
+    assert reasons == set(Invalid)
+
+
+def test_a_light_animal_is_no_accident(roach: Animal) -> None:
+    # One solution for it is a step that can be simulated, followed by one that cannot.
+    search = search_gaits(roach.replace(mass=1e-5), slope_deg=20, heading=0.3)
+    assert all(gait.invalid() is None for gait in search.gaits)
+
+
+def test_a_rigid_body_runs_too(roach: Animal) -> None:
+    rigid = roach.replace(
+        yaw="free",
+        inertia=2.04e-7,
+        hip=[(-0.0035, 0.014), (0.0035, 0.007), (-0.0035, 0.0)],
+        length=[0.0180, 0.0195, 0.0161],
+        angle_deg=[33.7, -66.0, 126.0],
+        actuation=[0.0090, 0.00975, 0.00805],
+    )
+    gaits = find_gaits(rigid, slope_deg=0, heading=0.15)
+    assert gaits
+    for gait in gaits:
+        assert gait.residual < 1e-10
+        assert gait.yaw != 0.0
+        state, jacobian = complete_map(gait.setting, gait.phase, gait.start)
+        t_des = gait.setting.step_duration
+        speed, length = gait.speed * t_des, gait.setting.step_length
+        home = [speed, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate * t_des, 2.0 * gait.yaw]
+        assert state == pytest.approx(home, abs=1e-9)
+        assert jacobian.shape == (7, 7)
+        # On the level nothing knows the direction: a turned gait stays turned.
+        assert np.min(np.abs(gait.multipliers - 1.0)) < 1e-6
+        run = gait.simulate(strides=1)
+        assert run.yaw.values[100] == pytest.approx(-gait.yaw, abs=1e-8)
+        assert run.yaw.values[200] == pytest.approx(gait.yaw, abs=1e-8)
+        assert gait.recover(0.01).distance.shape == (101,)
 
 
 def test_phases_of_gaits_lie_in_the_box_searched(roach: Animal, thesis_map: Cells) -> None:

@@ -126,7 +126,7 @@ def describe(
 ) -> None:
     """Reduced-order models of legged locomotion: gaits of planar bodies on springy legs.
 
-    Slopes are in degrees and headings in radians, as in the field. The first run compiles for about a minute.
+    Slopes are in degrees and headings in radians, as in the field. The first run compiles for about half a minute.
     """
 
 
@@ -346,7 +346,7 @@ def patience(words: str) -> Iterator[None]:
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(f"{words} (the first run compiles for about a minute) ..."):
+    with Console(stderr=True).status(f"{words} (the first run compiles for about half a minute) ..."):
         yield
 
 

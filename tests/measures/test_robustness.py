@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from legspring.measures.robustness import push_knots, settled_elsewhere, steps_to_recover
+from legspring import cockroach
+from legspring.kernel.walker import X
+from legspring.measures.robustness import push_knots, recover, settled_elsewhere, steps_to_recover
+from legspring.returnmap import NO_PUSH, flow
+from legspring.setting import Setting
 from tests.conftest import Cells, read_reference
 
 
@@ -41,7 +45,23 @@ def test_no_push_no_distance(thesis_map: Cells) -> None:
 
 def test_a_push_to_the_right_moves_right(thesis_map: Cells) -> None:
     gait = thesis_map[45, 0.15][0]
-    assert gait.recover(0.3).distance[1] != pytest.approx(gait.recover(-0.3).distance[1], rel=0.01)
+    for impulse in (0.3, -0.3):
+        push = push_knots(gait.setting, impulse)
+        pushed, calm = (flow(gait.setting, gait.phase, gait.start, push=knots)[0].y[X, 0] for knots in (push, NO_PUSH))
+        assert (pushed - calm) * impulse > 0.0
+
+
+def test_the_slowest_recovery(thesis_map: Cells) -> None:
+    # The slope of 15 deg is the slowest, with 54 steps, as published; there for the push to the other side.
+    found = [thesis_map[15, 0.15][0].recover(impulse).steps for impulse in (-0.8, 0.8)]
+    assert found == [50, 54]
+
+
+def test_a_push_that_breaks_the_simulation_says_so(thesis_map: Cells) -> None:
+    stiff = Setting(cockroach().replace(stiffness=1e15), 0.0, (-1, -1, -1))
+    recovery = recover(stiff, (0.3, 0.3, -0.3), thesis_map[45, 0.15][0].start, 0.5)
+    assert not recovery.recovered
+    assert recovery.failure is not None
 
 
 def test_rules_of_recovery() -> None:
