@@ -13,7 +13,8 @@ import xarray as xr
 from typer.testing import CliRunner, Result
 
 import legspring as ls
-from legspring.cli import app, parse_grid, plain
+from legspring.cli import app, parse_grid
+from legspring.printing import plain
 
 HERE = ["--slope", "45", "--heading", "0.15"]
 NO_GAIT = ["--slope", "40", "--heading", "0.45"]

@@ -69,7 +69,7 @@ def test_angles_are_shown_in_degrees_and_signed_numbers_around_zero(maps: xr.Dat
 def test_cells_are_centred_on_their_points() -> None:
     np.testing.assert_allclose(edges(np.array([0.0, 5.0, 10.0])), [-2.5, 2.5, 7.5, 12.5])
     np.testing.assert_allclose(edges(np.array([0.0, 1.0, 4.0])), [-0.5, 0.5, 2.5, 5.5])
-    np.testing.assert_allclose(edges(np.array([15.0])), [14.5, 15.5])
+    np.testing.assert_allclose(edges(np.array([15.0])), [14.25, 15.75])
 
 
 def test_every_gait_has_the_marker_of_its_family(maps: xr.Dataset) -> None:

@@ -156,7 +156,8 @@ def fill_cells(axes: Axes, values: xr.DataArray, limits: Limits | None) -> None:
 def edges(centres: Floats) -> Floats:
     """Return the borders of cells around their centres."""
     if len(centres) == 1:
-        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+        half = 0.05 * max(abs(float(centres[0])), 1.0)
+        return np.array([centres[0] - half, centres[0] + half])
     middles = 0.5 * (centres[1:] + centres[:-1])
     return np.concatenate([[2.0 * centres[0] - middles[0]], middles, [2.0 * centres[-1] - middles[-1]]])
 
