@@ -66,6 +66,11 @@ def test_angles_are_shown_in_degrees_and_signed_numbers_around_zero(maps: xr.Dat
     assert low == -high < 0
 
 
+def test_a_map_over_nothing_is_refused(maps: xr.Dataset) -> None:
+    with pytest.raises(ValueError, match="recovery_steps: the atlas has no impulse"):
+        draw_atlas(maps.isel(impulse=slice(0)), "recovery_steps", y="impulse", heading=float(maps.heading[0]))
+
+
 def test_cells_are_centred_on_their_points() -> None:
     np.testing.assert_allclose(edges(np.array([0.0, 5.0, 10.0])), [-2.5, 2.5, 7.5, 12.5])
     np.testing.assert_allclose(edges(np.array([0.0, 1.0, 4.0])), [-0.5, 0.5, 2.5, 5.5])

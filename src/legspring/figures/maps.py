@@ -88,6 +88,8 @@ def draw_map(
     if name == "recovery_steps" and "recovered" in grid:
         lost = grid["recovered"].values == 0.0
         values = values.where(~lost, NOT_RECOVERED)
+    if values.size == 0:
+        raise ValueError(f"{name}: the atlas has no {' or '.join(dim for dim in (x, y) if values.sizes[dim] == 0)}")
     fill_cells(axes, values, limits)
     axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(grid[y].attrs, y))
     axes.set_title(title if title is not None else place)
