@@ -115,14 +115,13 @@ def test_gaits_downhill(roach: Animal) -> None:
 
 def test_rejections_have_names(roach: Animal) -> None:
     search = search_gaits(roach, slope_deg=0, heading=0.10)
-    assert {rejection.reason for rejection in search.rejections} <= set(Invalid)
     assert search.rejections
     for rejection in search.rejections:
         assert rejection.solution.residual < 1e-10
         assert rejection.solution.invalid() == (rejection.reason, rejection.leg)
         assert str(rejection.reason) in str(rejection)
     assert search.steps > search.starts == sum(search.endings.values()) > 0
-    assert set(search.endings) <= set(Ending)
+    assert search.endings[Ending.CONVERGED] >= len(search.gaits) + len(search.rejections)
     assert str(Ending.CONVERGED) in search.summary()
 
 
@@ -149,9 +148,17 @@ def test_every_reason_is_met(roach: Animal, thesis_map: Cells) -> None:
 
 
 def test_a_light_animal_is_no_accident(roach: Animal) -> None:
-    # One solution for it is a step that can be simulated, followed by one that cannot.
+    # One solution for it is a step that can be simulated, followed by one that cannot: no reason for the rest to fail.
     search = search_gaits(roach.replace(mass=1e-5), slope_deg=20, heading=0.3)
-    assert all(gait.invalid() is None for gait in search.gaits)
+    assert Invalid.NOT_SIMULATED in {rejection.reason for rejection in search.rejections}
+
+
+def test_solutions_that_prove_to_be_one_count_once(roach: Animal, thesis_map: Cells) -> None:
+    gait = thesis_map[45, 0.15][0]
+    problem = Problem(roach, gait.slope, gait.heading, gait.family)
+    z = problem.unknowns(gait)
+    gaits, rejections = problem.sort(np.array([z, z + 1e-4, z + 2.0 * math.pi * np.array([0, 1, 0, -1])]))
+    assert (len(gaits), len(rejections)) == (1, 0)
 
 
 def test_a_rigid_body_runs_too(roach: Animal) -> None:

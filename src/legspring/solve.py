@@ -211,7 +211,7 @@ class Problem:
         zeros = np.zeros((0, self.size)) if known is None else known
         found = self._solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
         for z in found.z[found.endings == newton.CONVERGED]:
-            if not np.any(np.all(np.abs(self._wrapped(z - zeros)) < SAME, axis=1)):
+            if not self._is_among(z, zeros):
                 zeros = np.vstack([zeros, z])
         return zeros, Counter(ENDINGS[int(ending)] for ending in found.endings), found.steps
 
@@ -237,6 +237,10 @@ class Problem:
         z = z.copy()
         z[..., phases] = math.pi - (math.pi - z[..., phases]) % (2.0 * math.pi)
         return z
+
+    def _is_among(self, z: Floats, others: Floats) -> bool:
+        """Whether a solution is one of those in the rows of ``others``."""
+        return bool(np.any(np.all(np.abs(self._wrapped(z - others)) < SAME, axis=1)))
 
     def unknowns(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""
@@ -275,12 +279,18 @@ class Problem:
         return gait, squares
 
     def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
-        """Tell gaits from solutions that are none."""
-        gaits, rejections = [], []
+        """Tell gaits from solutions that are none; two rough solutions may prove to be one."""
+        gaits: list[Gait] = []
+        rejections: list[Rejection] = []
+        met = np.zeros((0, self.size))
         for z in zeros:
             solution = self.gait(z)
             if solution is None:
                 continue
+            fine = self.unknowns(solution)
+            if self._is_among(fine, met):
+                continue
+            met = np.vstack([met, fine])
             problem = solution.invalid()
             if problem is None:
                 gaits.append(solution)
