@@ -150,7 +150,7 @@ def stability(results: Results) -> list[Part]:
     return [
         share("gaits that are stable by the thesis's map", value < 1.0, there, 1.0),
         share("gaits that are stable by the complete map", gaits["max_multiplier"] < 1.0, there, 1.0),
-        within("mean eigenvalue on slopes from 60 deg", steep, 0.0, 0.5 * mean(value, low)),
+        within("mean eigenvalue from 60 deg, in units of that up to 10 deg", steep / mean(value, low), 0.0, 0.5),
         within("heading with the least mean eigenvalue on slopes up to 10 deg", _place(row, "min"), 0.3, 0.4, "rad"),
         within(
             "heading with the least one below 0.2 rad",

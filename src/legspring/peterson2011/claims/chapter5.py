@@ -231,7 +231,13 @@ def _efficient_families(optima: Optima) -> list[Part]:
             there & (gaits["slope_deg"] >= BORDER),
             NEARLY_ALL,
         ),
-        within("mean slope from which on B is selected", border["efficiency"], 0.0, border["stability"] - 1e-9, "deg"),
+        within(
+            "mean slope from which on B is selected, to be less than for stability",
+            border["efficiency"],
+            0.0,
+            border["stability"] - 1e-9,
+            "deg",
+        ),
         share(
             "cells up to 10 deg with headings from 0.20 rad in which FB is",
             family == "FB",

@@ -174,7 +174,7 @@ def by_both(results: Results, judge: Callable[[Optima], list[Part]]) -> list[Par
 def _merge(best: Part, thesis: Part) -> Part:
     """Put the findings of the two searches into one part."""
     outcome = combine([best.outcome, thesis.outcome])
-    found = best.found if best.found == thesis.found else f"{best.found} (by Nelder-Mead: {thesis.found})"
+    found = best.found if best.found == thesis.found else f"{best.found}; by Nelder-Mead {thesis.found}"
     if best.outcome == thesis.outcome:
         return replace(best, found=found)
     reason = "One of the two searches does not bear it out."
@@ -215,7 +215,8 @@ def within(what: str, value: float, low: float, high: float, unit: str = "", rea
     wanted = f"{numbers} {unit}".strip() if math.isfinite(high) else f"at least {low:.3g} {unit}".strip()
     if math.isnan(value):
         return unknown(what, wanted, "There are no such cells.")
-    return yes(what, wanted, f"{value:.3g} {unit}".strip(), low <= value <= high, reason)
+    found = f"{value:.3g} {unit}".strip() if math.isfinite(value) else "nowhere"
+    return yes(what, wanted, found, low <= value <= high, reason)
 
 
 def near(what: str, value: float, number: float) -> Part:
@@ -230,7 +231,7 @@ def grows(what: str, values: xr.DataArray, along: str, falls: bool = False, leas
     change = rows[..., second] - rows[..., first]
     change = (-change if falls else change)[np.isfinite(change)]
     word = "falls" if falls else "grows"
-    wanted = f"{word} in at least {least:.0%} of the pairs of cells"
+    wanted = f"{word} in at least {least:.0%} of the pairs"
     if not change.size:
         return unknown(what, wanted, "There are no such cells.")
     part = float(np.mean(change > SAME))
@@ -258,7 +259,7 @@ def exists(gaits: xr.Dataset) -> xr.DataArray:
 
 
 def pushes(gaits: xr.Dataset, leg: str) -> xr.DataArray:
-    """Cells in which a pair of legs pushes, by the fore-aft force of the front, middle (pushing: back) and back legs."""
+    """Cells in which a pair of legs pushes: the back legs forwards, the others backwards."""
     force = gaits["peak_force"].sel(leg=leg, axis="fore_aft", drop=True)
     return force > 0.0 if leg == "B" else force < 0.0
 
