@@ -423,12 +423,12 @@ def save_run(run: "xr.Dataset", out: Path | None, figure: Path | None) -> None:
 def draw_chapter_4(maps: "xr.Dataset", directory: Path) -> None:
     """Draw the figures of chapter 4 that an atlas gives, and say which it does not."""
     from legspring.figures import save_figure
-    from legspring.figures.peterson2011 import CHAPTER_4
+    from legspring.figures.peterson2011 import chapter4
 
-    for number, draw in CHAPTER_4.items():
-        path = directory / f"figure_{number.replace('.', '_')}.png"
+    for figure in chapter4.FIGURES:
+        path = directory / f"{figure.stem}.png"
         try:
-            save_figure(draw(maps), path)
+            save_figure(figure.draw(maps), path)
         except ValueError as error:
             typer.echo(f"left out {path.name}: {error}", err=True)
         else:

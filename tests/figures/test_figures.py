@@ -12,12 +12,10 @@ from matplotlib.lines import Line2D
 
 import legspring as ls
 from legspring.figures import draw_atlas, draw_gait, draw_recovery, draw_simulation, save_figure
-from legspring.figures import peterson2011 as thesis
-from legspring.figures.maps import edges
+from legspring.figures.maps import draw_panels, edges
 from legspring.figures.style import MARKERS
 from legspring.gait import Gait
 from legspring.measures.robustness import Recovery
-from legspring.setting import Setting
 
 SLOPES_DEG, HEADINGS, IMPULSES = (0.0, 20.0, 40.0), (0.0, 0.15, 0.45), (-0.5, 0.5)
 
@@ -117,42 +115,35 @@ def test_a_gait_that_does_not_recover_is_crossed_and_beyond_the_range(maps: xr.D
     lost = maps.copy(deep=True)
     lost["recovered"].loc[{"slope_deg": 20.0, "heading": 0.15, "impulse": 0.5}] = 0.0
     lost["recovery_steps"].loc[{"slope_deg": 20.0, "heading": 0.15, "impulse": 0.5}] = np.nan
-    for draw, column in ((thesis.figure_4_3, HEADINGS.index(0.15)), (thesis.figure_4_4, IMPULSES.index(0.5))):
-        figure = draw(lost)
-        assert cells(figure)[column, 1] == 100.0
-        assert markers(figure)["not recovered"] == {
-            (20.0, (HEADINGS if draw is thesis.figure_4_3 else IMPULSES)[column])
-        }
+    over_headings: dict[str, Any] = {"impulse": 0.5, "limits": (0.0, 50.0)}
+    over_impulses: dict[str, Any] = {"y": "impulse", "heading": 0.15, "limits": (0.0, 50.0), "families": False}
+    for options, row, place in ((over_headings, HEADINGS.index(0.15), 0.15), (over_impulses, IMPULSES.index(0.5), 0.5)):
+        figure = draw_atlas(lost, "recovery_steps", **options)
+        assert cells(figure)[row, 1] == 100.0
+        assert markers(figure)["not recovered"] == {(20.0, place)}
         assert "not recovered" in legend(figure)
-        assert "not recovered" not in legend(draw(maps))
+        assert "not recovered" not in legend(draw_atlas(maps, "recovery_steps", **options))
         (mesh,) = (child for child in figure.axes[0].get_children() if isinstance(child, QuadMesh))
         assert tuple(mesh.to_rgba(np.array([100.0]))[0]) == to_rgba("#D55E00")
 
 
-def test_figure_4_1_has_speed_and_the_phases_of_all_pairs(maps: xr.Dataset) -> None:
-    figure = thesis.figure_4_1(maps)
-    here = maps.isel(branch=0)
-    np.testing.assert_array_equal(cells(figure, 0), here["speed"].values.T)
-    for panel, leg in enumerate("FMB", start=1):
-        np.testing.assert_allclose(cells(figure, panel), np.degrees(here["phase"].sel(leg=leg).values.T))
-    assert [axes.get_title()[:2] for axes in figure.axes[:4]] == ["a)", "b)", "c)", "d)"]
+def test_maps_side_by_side_share_a_bar(maps: xr.Dataset) -> None:
+    figure = draw_panels(maps, "phase", [{"leg": leg, "branch": 0} for leg in "FMB"], limits=(-30.0, 60.0))
+    for panel, leg in enumerate("FMB"):
+        np.testing.assert_allclose(cells(figure, panel), np.degrees(maps["phase"].sel(leg=leg, branch=0).values.T))
+    *panels, bar = figure.axes
+    assert [axes.get_title() for axes in panels] == ["leg F", "leg M", "leg B"]
+    assert bar.get_ylim() == (-30.0, 60.0)
+    assert bar.get_ylabel() == "phase of the actuation (deg)"
 
 
-@pytest.mark.parametrize(
-    ("number", "limits"),
-    [("4.1", (0.0, 0.4)), ("4.2", (0.0, 0.7)), ("4.3", (0.0, 50.0)), ("4.4", (0.0, 50.0)), ("4.5", (0.0, 2.0))],
-)
-def test_the_thesis_colour_ranges(maps: xr.Dataset, number: str, limits: tuple[float, float]) -> None:
-    mesh = next(child for child in thesis.CHAPTER_4[number](maps).axes[0].get_children() if isinstance(child, QuadMesh))
-    assert mesh.get_clim() == limits
-
-
-def test_figure_4_4_is_over_slope_and_impulse(maps: xr.Dataset) -> None:
-    figure = thesis.figure_4_4(maps)
-    expected = maps["recovery_steps"].sel(heading=0.15, branch=0).values.T
-    np.testing.assert_array_equal(cells(figure), expected)
-    assert figure.axes[0].get_ylabel() == r"sideways impulse ($m\,v_\mathrm{des}$)"
-    assert figure.axes[0].get_title() == "heading 0.15 rad"
+@pytest.mark.parametrize("limits", [(-1.0, 1.0), (-0.5, 2.0), (-3.0, 1.0)])
+def test_zero_is_pale_and_signs_are_told_apart(maps: xr.Dataset, limits: tuple[float, float]) -> None:
+    figure = draw_atlas(maps, "phase", leg="F", limits=limits)
+    (mesh,) = (child for child in figure.axes[0].get_children() if isinstance(child, QuadMesh))
+    red, green, blue, _ = mesh.to_rgba(np.array([0.02, 0.0, -0.02]) * (limits[1] - limits[0])).T
+    assert min(red[1], green[1], blue[1]) > 0.9
+    assert red[0] > blue[0] and blue[2] > red[2]
 
 
 @pytest.mark.parametrize(
@@ -223,29 +214,6 @@ def test_a_recovery_is_drawn_with_its_thresholds(gait: Gait) -> None:
 def test_a_recovery_that_fails_says_how(elsewhere: bool, outcome: str) -> None:
     axes = draw_recovery(Recovery(0.8, None, np.full(101, 2.0), elsewhere)).axes[0]
     assert axes.get_title().endswith(outcome)
-
-
-def test_figure_2_2_shows_lengths_in_stance_and_zero_in_swing() -> None:
-    run = ls.simulate(ls.cockroach(), **thesis.FIGURE_2_2)
-    figure = thesis.figure_2_2(run)
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["FL", "FR", "ML", "MR", "BL", "BR"]
-    for axes in figure.axes:
-        leg = axes.get_title(loc="left")
-        drawn = {str(line.get_label()): np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()}
-        down = run["stance"].sel(leg=leg).values
-        for words, name in (("actual", "leg_length"), ("force-free", "free_length")):
-            np.testing.assert_allclose(drawn[words][down], 1e3 * run[name].sel(leg=leg).values[down])
-            assert not drawn[words][~down].any()
-    assert "our choice" in figure.get_suptitle()
-
-
-def test_figure_3_2_shows_a_push_of_the_given_impulse() -> None:
-    setting = Setting(ls.cockroach(), 0.0, (-1, -1, -1))
-    axes = thesis.figure_3_2(setting, 0.5).axes[0]
-    time, force = (np.asarray(values, dtype=float) for values in axes.get_lines()[0].get_data())
-    impulse = np.trapezoid(force, 1e-3 * time) * setting.animal.gravity  # per mass
-    assert impulse == pytest.approx(0.5 * setting.desired_speed)
-    assert (time[0], time[-1]) == (0.0, pytest.approx(1e3 * setting.step_duration))
 
 
 @pytest.mark.parametrize(

@@ -1,24 +1,35 @@
-"""Maps of an atlas: one filled cell for each gait, nothing in between."""
+"""Maps of gaits over a grid: one filled cell for each gait, nothing in between."""
 
 import json
 import math
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from legspring.figures.style import COLUMN, GRAY, MARKERS, diverging, label, new_figure, sequential, styled, units
+from legspring.figures.style import COLUMN, GRAY, MARKERS, PAGE, diverging, label, new_figure, sequential, styled, units
 
 Floats = NDArray[np.float64]
 Limits = tuple[float, float]
 
 NOT_RECOVERED = 100.0
 """What a gait that does not recover is drawn as, in steps."""
+
+
+class Map(NamedTuple):
+    """A map in its axes: its cells, what their colours mean, and what a legend has to explain."""
+
+    axes: Axes
+    mesh: QuadMesh
+    words: str
+    handles: list[Artist]
 
 
 @styled
@@ -33,18 +44,18 @@ def draw_atlas(
     families: bool = True,
     **at: Any,
 ) -> Figure:
-    """Draw a map of one variable of an atlas.
+    """Draw a map of one variable of an atlas, or of optimised gaits.
 
     Parameters
     ----------
     dataset
-        Of `legspring.atlas`, or its file opened with xarray.
+        Of `legspring.atlas`, or its file opened with xarray; or gaits over another grid in the same form.
     name
         The variable; angles are drawn in degrees.
     x, y
         Dimensions along the axes.
     branch
-        Which branch.
+        Which branch, where there are several.
     limits
         Range of colours; by default that of the data.
     families
@@ -63,10 +74,43 @@ def draw_atlas(
         For a variable, dimension or place that the atlas does not have.
     """
     figure = new_figure(COLUMN, 0.85 * COLUMN)
-    axes = figure.subplots()
-    handles = draw_map(axes, dataset, name, x=x, y=y, limits=limits, families=families, branch=branch, **at)
-    add_legend(figure, handles)
+    drawn = draw_map(figure.subplots(), dataset, name, x=x, y=y, limits=limits, families=families, branch=branch, **at)
+    add_bar(figure, [drawn])
+    add_legend(figure, [drawn])
     return figure
+
+
+@styled
+def draw_panels(
+    dataset: xr.Dataset, name: str, places: Sequence[Mapping[str, Any]], *, limits: Limits, families: bool = False
+) -> Figure:
+    """Draw maps of one variable at several places, two in a row, in colours that one bar explains.
+
+    Parameters
+    ----------
+    dataset, name, limits, families
+        As in `draw_atlas`.
+    places
+        Where each map lies in the dimensions other than slope and heading.
+    """
+    figure, grid = panel_grid(len(places))
+    maps = [
+        draw_map(axes, dataset, name, limits=limits, families=families, **place)
+        for axes, place in zip(grid, places, strict=True)
+    ]
+    add_bar(figure, maps)
+    add_legend(figure, maps)
+    return figure
+
+
+def panel_grid(count: int) -> tuple[Figure, list[Axes]]:
+    """Return a figure as wide as a page, and its panels, two in a row, on the same axes."""
+    rows = math.ceil(count / 2)
+    figure = new_figure(PAGE, 0.37 * PAGE * rows)
+    grid = list(figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False).flat)
+    for axes in grid[count:]:
+        axes.remove()
+    return figure, grid[:count]
 
 
 def draw_map(
@@ -80,8 +124,8 @@ def draw_map(
     families: bool = True,
     title: str | None = None,
     **at: Any,
-) -> list[Artist]:
-    """Draw a map with its colour bar into axes, and return what a legend has to explain; see `draw_atlas`."""
+) -> Map:
+    """Draw a map into axes, without its colour bar; see `draw_atlas`."""
     grid, place = slice_at(dataset, name, x, y, at)
     values = in_degrees(grid[name])
     lost = np.zeros(values.shape, dtype=bool)
@@ -90,7 +134,7 @@ def draw_map(
         values = values.where(~lost, NOT_RECOVERED)
     if values.size == 0:
         raise ValueError(f"{name}: the atlas has no {' or '.join(dim for dim in (x, y) if values.sizes[dim] == 0)}")
-    fill_cells(axes, values, limits)
+    mesh = fill_cells(axes, values, limits)
     axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(grid[y].attrs, y))
     axes.set_title(title if title is not None else place)
     # Large enough to show around the marker of the family.
@@ -98,7 +142,9 @@ def draw_map(
     if families and "family" in grid.data_vars:
         for marker, family in zip(MARKERS, family_order(dataset), strict=False):
             handles += mark(axes, grid, x, y, grid["family"].values == family, marker, family)
-    return handles + empty(axes) if bool(values.isnull().any()) else handles
+    axes.label_outer()
+    handles += empty(axes) if bool(values.isnull().any()) else []
+    return Map(axes, mesh, label(values.attrs), handles)
 
 
 def slice_at(dataset: xr.Dataset, name: str, x: str, y: str, at: dict[str, Any]) -> tuple[xr.Dataset, str]:
@@ -139,20 +185,30 @@ def in_degrees(array: xr.DataArray) -> xr.DataArray:
     return (array * (180.0 / math.pi)).assign_attrs(array.attrs | {"units": "deg"})
 
 
-def fill_cells(axes: Axes, values: xr.DataArray, limits: Limits | None) -> None:
-    """Fill the cells of a plane with colours, each centred on its point, and add the colour bar."""
+def fill_cells(axes: Axes, values: xr.DataArray, limits: Limits | None) -> QuadMesh:
+    """Fill the cells of a plane with colours, each centred on its point."""
     y, x = (edges(values[dim].values) for dim in values.dims)
-    known = values.values[np.isfinite(values.values)]
-    low, high = (known.min(), known.max()) if known.size else (0.0, 1.0)
-    signed = (low < 0.0 < high) if limits is None else (limits[0] < 0.0 < limits[1])
     if limits is None:
-        limits = (-max(-low, high), max(-low, high)) if signed else (low, high)
-    colours = diverging() if signed else sequential()
-    mesh = axes.pcolormesh(x, y, values.values, cmap=colours, vmin=limits[0], vmax=limits[1], rasterized=True)
+        limits = value_range([values.values])
+        if limits[0] < 0.0 < limits[1]:
+            limits = (-max(-limits[0], limits[1]), max(-limits[0], limits[1]))
+    colours = diverging(*limits) if limits[0] < 0.0 < limits[1] else sequential()
+    return axes.pcolormesh(x, y, values.values, cmap=colours, vmin=limits[0], vmax=limits[1], rasterized=True)
+
+
+def value_range(arrays: Sequence[Floats]) -> Limits:
+    """Return the least and the greatest of all numbers, or 0 and 1 if there are none."""
+    known = np.concatenate([array[np.isfinite(array)] for array in arrays])
+    return (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+
+
+def add_bar(figure: Figure, maps: Sequence[Map]) -> None:
+    """Add one colour bar for maps in the same colours; it is pointed where values lie beyond it."""
+    first, limits = maps[0], maps[0].mesh.get_clim()
+    low, high = value_range([np.ma.filled(np.ma.asarray(drawn.mesh.get_array()), np.nan) for drawn in maps])
     beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    extend = beyond[bool(low < limits[0]), bool(high > limits[1])]
-    assert axes.figure is not None
-    axes.figure.colorbar(mesh, ax=axes, label=label(values.attrs), extend=extend, pad=0.02)
+    extend = beyond[low < limits[0], high > limits[1]]
+    figure.colorbar(first.mesh, ax=[drawn.axes for drawn in maps], label=first.words, extend=extend, pad=0.02)
 
 
 def edges(centres: Floats) -> Floats:
@@ -207,9 +263,9 @@ def family_order(dataset: xr.Dataset) -> list[str]:
     return [*known, *sorted(found - set(known))]
 
 
-def add_legend(figure: Figure, handles: list[Artist]) -> None:
+def add_legend(figure: Figure, maps: Sequence[Map]) -> None:
     """Explain each kind of marker once, above the maps."""
-    unique = {str(handle.get_label()): handle for handle in handles}
+    unique = {str(handle.get_label()): handle for drawn in maps for handle in drawn.handles}
     if unique:
         figure.legend(
             handles=list(unique.values()),

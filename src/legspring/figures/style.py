@@ -7,7 +7,8 @@ from functools import wraps
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
-from matplotlib.colors import Colormap
+import numpy as np
+from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
@@ -25,6 +26,7 @@ UNITS = {
     "m g": r"$m\,g$",
     "m v_des": r"$m\,v_\mathrm{des}$",
     "t_des": r"$t_\mathrm{des}$",
+    "l0": r"$l_0$",
 }
 STYLE: Any = {
     "font.size": 8,
@@ -58,9 +60,10 @@ def sequential() -> Colormap:
     return mpl.colormaps["viridis"].with_extremes(over=BEYOND, under="white")
 
 
-def diverging() -> Colormap:
-    """Return the colours of quantities of both signs; zero is pale."""
-    return mpl.colormaps["RdBu_r"].with_extremes(over="#33000d", under="#021a33")
+def diverging(low: float = -1.0, high: float = 1.0) -> Colormap:
+    """Return the colours of quantities of both signs; zero is pale, wherever it lies between the ends."""
+    shades = 0.5 + 0.5 * np.linspace(low, high, 256) / max(-low, high)
+    return ListedColormap(mpl.colormaps["RdBu_r"](shades)).with_extremes(over="#33000d", under="#021a33")
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
@@ -74,6 +77,10 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
         for axes in figure.axes:
             axes.tick_params(labelsize=SMALL, width=0.6, length=2.5)
             axes.tick_params(which="minor", width=0.4, length=1.5)
+        # Laid out here, and not again for each file.
+        if (engine := figure.get_layout_engine()) is not None:
+            engine.execute(figure)
+            figure.set_layout_engine(None)
         return figure
 
     return drawn

@@ -1,0 +1,71 @@
+"""Chapter 4: gaits with fixed actuation, over slope and heading."""
+
+from functools import partial
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from legspring.figures.maps import add_bar, add_legend, draw_atlas, draw_map, panel_grid
+from legspring.figures.peterson2011.registry import ThesisFigure
+from legspring.figures.style import styled
+
+PHASES = (-75.0, 75.0)
+"""Range of colours of phases, deg."""
+EIGENVALUES, COSTS, STEPS = (0.0, 0.7), (0.0, 2.0), (0.0, 50.0)
+
+
+@styled
+def speed_and_phases(atlas: xr.Dataset, branch: int = 0) -> Figure:
+    """Draw maps of initial speed and of the phases of the legs."""
+    legs = [str(leg) for leg in atlas["leg"].values]
+    figure, grid = panel_grid(1 + len(legs))
+    maps = [draw_map(grid[0], atlas, "speed", limits=(0.0, 0.4), title="speed", families=False, branch=branch)]
+    for axes, leg in zip(grid[1:], legs, strict=True):
+        title = f"phase, legs {leg}"
+        maps.append(draw_map(axes, atlas, "phase", limits=PHASES, title=title, families=False, leg=leg, branch=branch))
+    for letter, drawn in zip("abcdefgh", maps, strict=False):
+        drawn.axes.set_title(f"{letter}) {drawn.axes.get_title()}")
+        add_bar(figure, [drawn])
+    add_legend(figure, maps)
+    return figure
+
+
+FIGURES = (
+    ThesisFigure(
+        "4.1",
+        "atlas",
+        speed_and_phases,
+        "Fixed actuation: initial speed of a step, and the phases of front, middle and back legs. Of several gaits "
+        "in a cell, these maps and those that follow show the one with the most negative phase of the back legs; "
+        "the thesis knows no other.",
+    ),
+    ThesisFigure(
+        "4.2",
+        "atlas",
+        partial(draw_atlas, name="reduced_eigenvalue", limits=EIGENVALUES),
+        "Fixed actuation: largest eigenvalue magnitude, with the families as markers. It is that of the map "
+        "of speed and heading, as in the thesis. Where legs of the step before are still down, which is so in most "
+        "cells, a disturbance decays at another rate: that of the complete map.",
+    ),
+    ThesisFigure(
+        "4.3",
+        "atlas",
+        partial(draw_atlas, name="recovery_steps", limits=STEPS, impulse=0.5),
+        "Fixed actuation: steps to recover from a push to the side of half of the momentum at the desired speed. "
+        "Gaits that never recover are crossed.",
+    ),
+    ThesisFigure(
+        "4.4",
+        "atlas",
+        partial(draw_atlas, name="recovery_steps", y="impulse", limits=STEPS, families=False, heading=0.15),
+        "Fixed actuation, heading 0.15 rad: steps to recover against slope and impulse. The row without an impulse "
+        "has nothing to recover from.",
+    ),
+    ThesisFigure(
+        "4.5",
+        "atlas",
+        partial(draw_atlas, name="transport_cost", limits=COSTS),
+        "Fixed actuation: transport cost. Where only the back legs push it is the sine of the slope, "
+        "the least that there can be.",
+    ),
+)

@@ -1,0 +1,148 @@
+"""Chapter 5: gaits with the actuation that is best for stability or for efficiency."""
+
+import json
+from functools import partial
+from itertools import count
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from legspring.figures.maps import Limits, draw_atlas, draw_panels, edges, family_order
+from legspring.figures.peterson2011.chapter4 import COSTS, EIGENVALUES, PHASES
+from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
+from legspring.figures.style import COLOURS, MARKERS, PAGE, label, new_figure, styled
+
+ACTUATIONS = (0.2, 0.9)
+"""Range of the actuation that the objective allows, in units of the nominal length."""
+LEG_WORDS = {"F": "front", "M": "middle", "B": "back"}
+
+
+@styled
+def existence(optima: xr.Dataset) -> Figure:
+    """Mark the families that have an optimised gait in each cell, for either objective.
+
+    Parameters
+    ----------
+    optima
+        Gaits over objective, slope, heading and family.
+    """
+    objectives = [str(objective) for objective in optima["objective"].values]
+    families = family_order(optima)
+    figure = new_figure(PAGE, 0.42 * PAGE)
+    panels = figure.subplots(1, len(objectives), sharex=True, sharey=True, squeeze=False)[0]
+    slope, heading = optima["slope_deg"].values, optima["heading"].values
+    # Each family has a place of its own in the cell.
+    across, up = (0.23 * float(np.diff(edges(values)[:2])[0]) for values in (slope, heading))
+    for axes, objective in zip(panels, objectives, strict=True):
+        for number, family in enumerate(families):
+            there = optima["speed"].sel(objective=objective, family=family).transpose("slope_deg", "heading")
+            rows, columns = np.nonzero(there.notnull().values)
+            axes.plot(
+                slope[rows] + (across if number % 2 else -across),
+                heading[columns] + (up if number < 2 else -up),
+                linestyle="none",
+                marker=MARKERS[number],
+                color=COLOURS[number],
+                markeredgewidth=0.0,
+                markersize=3.5,
+                label=family,
+            )
+        axes.set_xticks(edges(slope), minor=True)
+        axes.set_yticks(edges(heading), minor=True)
+        axes.grid(which="minor", color="0.9", linewidth=0.4)
+        axes.set(title=objective, xlabel=label(optima["slope_deg"].attrs), ylabel=label(optima["heading"].attrs))
+        axes.set(xlim=edges(slope)[[0, -1]], ylim=edges(heading)[[0, -1]])
+        axes.label_outer()
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(families))
+    return figure
+
+
+def by_family(optima: xr.Dataset, name: str, objective: str, limits: Limits, **at: Any) -> Figure:
+    """Draw a map of a variable for each family.
+
+    Parameters
+    ----------
+    optima
+        Gaits over objective, slope, heading and family.
+    name
+        The variable; actuation is shown in units of the legs' nominal lengths.
+    objective
+        What is optimal.
+    limits
+        Range of colours.
+    **at
+        The leg, for variables that have one.
+    """
+    if name == "actuation":
+        optima = optima.assign(actuation=in_lengths(optima))
+    places = [{"objective": objective, "family": family, **at} for family in family_order(optima)]
+    return draw_panels(optima, name, places, limits=limits)
+
+
+def in_lengths(gaits: xr.Dataset) -> xr.DataArray:
+    """Return the actuation in units of each leg's nominal length."""
+    lengths = {leg["pair"]: leg["length"] for leg in json.loads(gaits.attrs["parameters"])["legs"]}
+    nominal = xr.DataArray([lengths[str(leg)] for leg in gaits["leg"].values], coords={"leg": gaits["leg"]})
+    return (gaits["actuation"] / nominal).assign_attrs(long_name="actuation", units="l0")
+
+
+def _figures(objective: str, first: int) -> list[ThesisFigure]:
+    """Return the figures of one objective: actuation, phases, the objective itself, and the other one."""
+    numbers = (f"5.{number}" for number in count(first))
+    head = f"Optimised for {objective}"
+    figures = []
+    for name, limits, words in (
+        (
+            "actuation",
+            ACTUATIONS,
+            "actuation of the {leg} legs in units of their nominal length l0. The colours span what is allowed, "
+            "so that gaits at either limit, 0.2 l0 and 0.9 l0, stand out; the thesis's figures are in metres",
+        ),
+        (
+            "phase",
+            PHASES,
+            "phase of the {leg} legs. The larger it is, the later in their cycle they touch down: high phases mean "
+            "short and weak stances. The objective resists phases above 60 deg",
+        ),
+    ):
+        figures += [
+            ThesisFigure(
+                next(numbers),
+                "optima",
+                partial(by_family, name=name, objective=objective, limits=limits, leg=leg),
+                f"{head}: {words.format(leg=where)}.",
+            )
+            for leg, where in LEG_WORDS.items()
+        ]
+    quantities = [
+        ("reduced_eigenvalue", EIGENVALUES, "largest eigenvalue magnitude (of the map of speed and heading)"),
+        ("transport_cost", COSTS, "transport cost"),
+    ]
+    for name, limits, words in quantities if objective == "stability" else reversed(quantities):
+        draw_both = partial(by_family, name=name, objective=objective, limits=limits)
+        draw_best = partial(draw_atlas, name=name, objective=objective, limits=limits)
+        figures += [
+            ThesisFigure(next(numbers), "optima", draw_both, f"{head}: {words}, for each family."),
+            ThesisFigure(
+                next(numbers),
+                "selected",
+                draw_best,
+                f"{head}: {words} of the best family of each cell, which the markers tell.",
+            ),
+        ]
+    return figures
+
+
+FIGURES = (
+    ThesisFigure(
+        "5.1",
+        "optima",
+        existence,
+        f"Where there is a gait with optimised actuation, by family ({FAMILY_WORDS}). Each has its own corner of a "
+        "cell, so that all that exist there can be seen. No gait has back legs that pull.",
+    ),
+    *_figures("stability", 2),
+    *_figures("efficiency", 12),
+)

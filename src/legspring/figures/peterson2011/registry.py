@@ -1,0 +1,48 @@
+"""What the figures of the thesis have in common: a number, what they are drawn from, and words."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from matplotlib.figure import Figure
+
+Source = Literal["gait", "simulation", "setting", "atlas", "optima", "selected", "measured"]
+"""What a figure is drawn from:
+
+- ``gait``: a `legspring.Gait` at `GAIT`
+- ``simulation``: of `legspring.simulate`, with `SIMULATION`
+- ``setting``: a `legspring.setting.Setting` of the animal
+- ``atlas``: of `legspring.atlas`; branch 0 is the thesis's
+- ``optima``: gaits with the best actuation, over objective, slope, heading and family
+- ``selected``: those of the best family of each cell
+- ``measured``: `legspring.data.published_forces`
+"""
+
+FAMILY_WORDS = "families: A all legs push; FB front and back; MB middle and back; B only back legs"
+
+
+@dataclass(frozen=True)
+class ThesisFigure:
+    """One of the thesis's figures, drawn from our own data in its colour ranges.
+
+    Attributes
+    ----------
+    number
+        As in the thesis.
+    source
+        The data that `draw` takes.
+    draw
+        Returns the figure.
+    caption
+        What it shows, and what to notice or to beware of.
+    """
+
+    number: str
+    source: Source
+    draw: Callable[..., Figure]
+    caption: str
+
+    @property
+    def stem(self) -> str:
+        """Name of its file, without the ending."""
+        return f"figure_{self.number.replace('.', '_')}"

@@ -1,0 +1,197 @@
+"""Sketches of the model and of a gait's conditions, drawn to scale from a computed gait."""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Ellipse
+from numpy.typing import NDArray
+
+from legspring.figures.style import COLOURS, GRAY, PAGE, new_figure, styled
+from legspring.gait import Gait
+
+Floats = NDArray[np.float64]
+
+AHEAD = 90.0
+"""Direction of straight ahead, which is uphill, in a figure, deg."""
+
+
+@styled
+def sketch_of_model(gait: Gait) -> Figure:
+    """Draw the model from above at a touch-down, from the side, and the length of a leg over a stride.
+
+    Parameters
+    ----------
+    gait
+        The gait, of an animal whose hips are at the centre of mass.
+    """
+    run = gait.simulate(strides=1)
+    figure = new_figure(PAGE, 0.62 * PAGE)
+    panels = figure.subplot_mosaic([["above", "side"], ["above", "length"]], width_ratios=(1.15, 1.0))
+    _from_above(panels["above"], gait, run)
+    _from_the_side(panels["side"], gait.slope_deg)
+    _length(panels["length"], gait, run)
+    for letter, axes in zip("abc", panels.values(), strict=True):
+        axes.set_title(f"{letter}) {axes.get_title()}", loc="left")
+        axes.set_title("")
+    return figure
+
+
+@styled
+def sketch_of_path(gait: Gait) -> Figure:
+    """Draw a stride's path with what has to hold at its touch-downs.
+
+    Parameters
+    ----------
+    gait
+        The gait.
+    """
+    run = gait.simulate(strides=1)
+    step, half = 1e3 * gait.setting.step_length, run.sizes["time"] // 2
+    along, left = 1e3 * run["position"].sel(axis="fore_aft"), -1e3 * run["position"].sel(axis="lateral")
+    # The lateral scale is not that along the path: arrows with scaled components stay tangent to it.
+    rise = run["velocity"].sel(axis="lateral") / -run["velocity"].sel(axis="fore_aft")
+    figure = new_figure(PAGE, 0.42 * PAGE)
+    axes = figure.subplots()
+    height, reach = float(np.abs(left).max()), 0.3 * step
+    axes.set(xlim=(-0.06 * step, 2.0 * step + 1.3 * reach), ylim=(-2.1 * height, 1.3 * height))
+    axes.axis("off")
+    axes.plot(along, left, color=COLOURS[0], linewidth=1.5)
+    axes.plot([0.0, 2.0 * step + reach], [0.0, 0.0], color=GRAY, linewidth=0.6, linestyle="--")
+    times = ("0", r"t_\mathrm{des}", r"2\,t_\mathrm{des}")
+    for number, (row, time) in enumerate(zip((0, half, -1), times, strict=True)):
+        x, y, slant = float(along[row]), float(left[row]), float(rise[row])
+        side, sign = math.copysign(1.0, slant), "-" if slant * gait.heading < 0.0 else ""
+        _arrow(axes, (x, y), (x + reach, y + slant * reach), COLOURS[1])
+        axes.text(
+            x + reach, y + slant * reach + 0.13 * side * height, r"$v_0$", ha="center", va="center", color=COLOURS[1]
+        )
+        bend = np.linspace(0.0, slant, 20)
+        inward = 0.75 * reach * (1.0 - 0.12 * (bend / slant) ** 2)
+        axes.plot(x + inward, y + bend * inward, color=GRAY, linewidth=0.8)
+        axes.text(x + 0.78 * reach, y + 0.35 * slant * reach, rf"${sign}\delta_0$", va="center")
+        axes.plot(x, y, "o", color="black", markersize=5)
+        axes.text(x + 0.02 * step, y - 0.2 * side * height, f"$t={time}$", va="center")
+        axes.plot([x, x], [-1.75 * height, y], color="0.8", linewidth=0.6, zorder=0)
+        if number:
+            same = r"$v=v_0$  (3.1)" + "\n" + rf"$\delta={sign}\delta_0$  (3.2)" + "\n" + r"$x=0$  (3.4)"
+            axes.text(x + 0.02 * step, -1.05 * height, same, va="top", linespacing=1.5)
+            _dimension(axes, (x - step, -1.75 * height), (x, -1.75 * height))
+            words = r"$v_\mathrm{des}\,t_\mathrm{des}$  (3.3)"
+            axes.text(x - 0.5 * step, -1.8 * height, words, ha="center", va="top")
+    axes.text(2.0 * step + reach, -0.04 * height, "uphill", ha="right", va="top", color=GRAY)
+    _scales(axes, (0.2 * step, -1.2 * height), 2.0, 0.5)
+    return figure
+
+
+def _from_above(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
+    start = run.isel(time=0)
+    feet = 1e3 * start["foot"].values
+    axes.add_patch(Ellipse((0.0, -3.0), 13.0, 40.0, facecolor="0.95", edgecolor="0.8", linewidth=0.6, zorder=0))
+    axes.plot([0.0, 0.0], [0.0, 38.0], color=GRAY, linewidth=0.6, linestyle="--")
+    axes.text(0.0, 39.0, "straight ahead: uphill", ha="center", va="bottom", color=GRAY)
+    radii = {"F": 25.0, "M": 8.0, "B": 6.0}
+    for number, leg in enumerate(gait.animal.legs):
+        foot, now = feet[number], leg.offset == 0.0
+        if np.isnan(foot[0]):
+            continue
+        colour = COLOURS[number % 3] if now else "0.7"
+        _spring(axes, (0.0, 0.0), (foot[0], foot[1]), colour)
+        axes.plot(*foot, "o", color=colour)
+        outer = 2.6 + max(float(np.hypot(*foot)), 1e3 * leg.length * now)
+        beyond = foot / np.hypot(*foot) * outer
+        axes.text(beyond[0], beyond[1], leg.name, ha="center", va="center", color=colour)
+        if now:
+            radius = radii.get(leg.pair, 8.0)
+            _angle(axes, (0.0, 0.0), radius, AHEAD, AHEAD + math.degrees(leg.angle), rf"$\beta_{leg.pair}$")
+            nominal = 1e3 * leg.length * np.array([-math.sin(leg.angle), math.cos(leg.angle)])
+            axes.plot(*nominal, "o", markersize=7, markerfacecolor="none", markeredgecolor=colour, markeredgewidth=0.6)
+    tip = 20.0 * np.array([-math.sin(gait.heading), math.cos(gait.heading)])
+    _arrow(axes, (0.0, 0.0), (tip[0], tip[1]))
+    axes.text(tip[0], tip[1] + 0.5, r"$v_0$", ha="center", va="bottom")
+    _angle(axes, (0.0, 0.0), 14.0, AHEAD, AHEAD + math.degrees(gait.heading), r"$\delta_0$")
+    axes.plot(0.0, 0.0, "o", color="black", markersize=7)
+    axes.text(2.0, -1.0, "COM", va="top")
+    axes.set(title="from above, at a touch-down", aspect="equal")
+    axes.axis("off")
+
+
+def _from_the_side(axes: Axes, slope_deg: float) -> None:
+    slope = math.radians(slope_deg)
+    up, out = np.array([math.cos(slope), math.sin(slope)]), np.array([-math.sin(slope), math.cos(slope)])
+    axes.plot([0.0, 11.0], [0.0, 0.0], color=GRAY, linewidth=0.6, linestyle="--")
+    axes.plot(*zip((0.0, 0.0), 11.0 * up, strict=True), color="black")
+    _angle(axes, (0.0, 0.0), 4.0, 0.0, slope_deg, r"$\sigma$")
+    body = 6.5 * up + 0.9 * out
+    axes.add_patch(Ellipse((body[0], body[1]), 3.4, 0.9, angle=slope_deg, facecolor="0.9", edgecolor="0.6"))
+    for hip in (-1.1, 0.0, 1.1):
+        axes.plot(*zip(body + hip * up, body + (hip + 0.2) * up - 0.9 * out, strict=True), color="0.6", linewidth=0.8)
+    axes.plot(*body, "o", color="black", markersize=5)
+    _arrow(axes, (body[0], body[1]), (body[0], body[1] - 2.8))
+    axes.text(body[0] + 0.2, body[1] - 2.6, r"$m\,g$", va="center")
+    pull = body - 2.8 * math.sin(slope) * up
+    _arrow(axes, (body[0], body[1]), (pull[0], pull[1]), COLOURS[1])
+    axes.text(
+        pull[0] + 0.6 * out[0], pull[1] + 0.6 * out[1], r"$m\,g\,\sin\sigma$", ha="right", va="bottom", color=COLOURS[1]
+    )
+    axes.text(11.2 * up[0], 11.2 * up[1], "uphill", va="center", color=GRAY)
+    axes.set(title="from the side", aspect="equal", ylim=(-0.5, 6.0))
+    axes.axis("off")
+
+
+def _length(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
+    leg = gait.animal.legs[0]
+    pair = gait.animal.pairs.index(leg.pair)
+    time = run["time"].values / gait.setting.step_duration
+    change = gait.setting.functions[pair] * gait.actuation[pair]
+    free = leg.length - change * np.sin(math.pi * time + gait.phase[pair])
+    axes.plot(time, 1e3 * free, "--", color=COLOURS[1], label="force-free")
+    axes.plot(time, 1e3 * run["leg_length"].sel(leg=leg.name), color=COLOURS[0], label="actual")
+    axes.axhline(1e3 * leg.length, color=GRAY, linewidth=0.6)
+    axes.text(2.02, 1e3 * leg.length, r"$l_0$", va="center")
+    _dimension(axes, (1.88, 1e3 * leg.length), (1.88, 1e3 * (leg.length + abs(change))))
+    axes.text(1.86, 1e3 * (leg.length + 0.5 * abs(change)), r"$|l_\mathrm{dev}|$", ha="right", va="center")
+    axes.axhline(1e3 * (leg.length + abs(change)), color=GRAY, linewidth=0.4, linestyle=":")
+    off = float(gait.liftoff[pair])
+    end = leg.length - change * math.sin(math.pi * off + gait.phase[pair])
+    axes.plot(0.0, 1e3 * free[0], "o", color="black", clip_on=False, label="touch-down")
+    axes.plot(off, 1e3 * end, "o", color="black", markerfacecolor="white", label="lift-off")
+    axes.set(title=f"length of leg {leg.name}", xlabel=r"time ($t_\mathrm{des}$)", ylabel="mm", xlim=(0.0, 2.0))
+    axes.legend(loc="lower left")
+
+
+def _spring(axes: Axes, start: tuple[float, float], end: tuple[float, float], colour: str) -> None:
+    """Draw a spring, straight at its ends."""
+    reach = np.subtract(end, start)
+    length = float(np.hypot(*reach))
+    along = np.concatenate([[0.0], np.linspace(0.3, 0.8, 13), [1.0]])
+    aside = np.concatenate([[0.0, 0.0], np.tile([1.0, -1.0], 6)[:11], [0.0, 0.0]])
+    points = np.outer(along, reach) + np.outer(aside, [-reach[1], reach[0]]) / length
+    axes.plot(start[0] + points[:, 0], start[1] + points[:, 1], color=colour, linewidth=1.0)
+
+
+def _angle(axes: Axes, centre: tuple[float, float], radius: float, start: float, end: float, words: str) -> None:
+    """Draw an angle between two directions (deg) with its name outside of the arc."""
+    low, high = sorted((start, end))
+    axes.add_patch(Arc(centre, 2 * radius, 2 * radius, theta1=low, theta2=high, color=GRAY, linewidth=0.8))
+    middle = math.radians(0.5 * (start + end))
+    away = radius * 1.0 + 0.06 * float(np.ptp(axes.dataLim.intervaly))
+    axes.text(centre[0] + away * math.cos(middle), centre[1] + away * math.sin(middle), words, ha="center", va="center")
+
+
+def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], colour: str = "black") -> None:
+    axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
+
+
+def _dimension(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
+    axes.annotate("", end, start, arrowprops={"arrowstyle": "<->", "color": GRAY, "shrinkA": 0, "shrinkB": 0})
+
+
+def _scales(axes: Axes, corner: tuple[float, float], along: float, across: float) -> None:
+    """Draw how long some mm are along the path and across it, which are not to the same scale."""
+    x, y = corner
+    axes.plot([x + along, x, x], [y, y, y + across], color=GRAY, linewidth=1.0)
+    axes.text(x + 0.5 * along, y - 0.06, f"{along:g} mm", ha="center", va="top", color=GRAY)
+    axes.text(x - 0.1, y + 0.5 * across, f"{across:g} mm", ha="right", va="center", color=GRAY)

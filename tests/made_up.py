@@ -1,0 +1,58 @@
+"""Optimised gaits that nobody has computed, in the right form."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from legspring import cockroach
+from legspring.sweep import LONG_NAMES
+
+FAMILIES = ["A", "FB", "MB", "B"]
+DIMENSIONS = {
+    "phase": ["leg"],
+    "actuation": ["leg"],
+    "peak_force": ["leg", "axis"],
+    "net_force_max": ["axis"],
+    "reduced_eigenvalue": [],
+    "transport_cost": [],
+    "speed": [],
+    "value": [],
+    "penalised": [],
+}
+
+
+def made_up_optima(slopes_deg: tuple[float, ...], headings: tuple[float, ...], seed: int = 1) -> xr.Dataset:
+    """Return random numbers for about half of the families of each cell; none in the last cell."""
+    random = np.random.default_rng(seed)
+    coords = {
+        "objective": ["stability", "efficiency"],
+        "slope_deg": ("slope_deg", list(slopes_deg), {"units": "degrees", "long_name": "slope"}),
+        "heading": ("heading", list(headings), {"units": "rad", "long_name": "initial heading"}),
+        "family": FAMILIES,
+        "leg": ["F", "M", "B"],
+        "axis": ["lateral", "fore_aft"],
+    }
+    sizes = {"objective": 2, "slope_deg": len(slopes_deg), "heading": len(headings), "family": 4, "leg": 3, "axis": 2}
+    cell = ["objective", "slope_deg", "heading", "family"]
+    there = random.random([sizes[dim] for dim in cell]) < 0.5
+    there[:, -1, -1] = False
+    variables = {}
+    for name, more in DIMENSIONS.items():
+        numbers = random.uniform(-1.0 if "force" in name else 0.0, 1.0, [sizes[dim] for dim in cell + more])
+        numbers[~there] = np.nan
+        units, words = LONG_NAMES.get(name, ("1", name))
+        variables[name] = (cell + more, numbers, {"units": units, "long_name": words})
+    lengths = np.array([0.032, 0.026, 0.019])
+    variables["actuation"][1][:] *= lengths
+    parameters = json.dumps(cockroach().model_dump(mode="json"))
+    optima = xr.Dataset(variables, coords=coords, attrs={"parameters": parameters})
+    return optima.assign(active=(cell, np.where(there, "B: a constraint", "")))
+
+
+def best_of(optima: xr.Dataset) -> xr.Dataset:
+    """Return the gait of the lowest value in each cell, its family a variable."""
+    value = optima["value"].fillna(np.inf)
+    best = optima.isel(family=value.argmin("family"))
+    family = best["family"].astype(object).where(np.isfinite(value.min("family")), "")
+    return best.drop_vars("family").assign(family=family)
