@@ -13,7 +13,7 @@ import xarray as xr
 from legspring.data import published_forces
 from legspring.files import whole_file
 from legspring.model import Animal
-from legspring.objective import ANGLE_WEIGHT, SMALLEST_ANGLE, Constraint
+from legspring.objective import Constraint
 
 OBJECTIVES = ("stability", "efficiency")
 LEG_WORDS = {"F": "front", "M": "middle", "B": "back"}
@@ -109,14 +109,14 @@ def _number(value: float) -> str:
 def constraint_table() -> Table:
     """Return Table 3.1: what an optimised gait must keep to, and what it costs not to."""
     missing = "max(10 + log10 e, 0), e the sum of squared residuals"
-    least_angle = f"{ANGLE_WEIGHT:g} ({SMALLEST_ANGLE:g} - angle in deg)"
+    angle = "0.05 (10 - a), a the angle between their curves against time in deg, rates in m/s; where a < 10"
     penalties = {
         Constraint.FIXED_POINT: ("hard", f"2 + 2 {missing}"),
         Constraint.FIXED_POINT_BESIDE: ("hard", f"0.5 + 0.5 {missing}"),
         Constraint.PHASE_LATEST: ("soft", "0.5 (phi - pi/3) / (pi/6)"),
         Constraint.PHASE_EARLIEST: ("hard", "0.5 + 0.5 (-pi/2 - phi) / (pi/6)"),
-        Constraint.ANGLE_TOUCHDOWN: ("soft", least_angle),
-        Constraint.ANGLE_LIFTOFF: ("soft", least_angle),
+        Constraint.ANGLE_TOUCHDOWN: ("soft", angle),
+        Constraint.ANGLE_LIFTOFF: ("soft", angle),
         Constraint.ACTUATION_LEAST: ("hard", "30 + (0.2 l0 - ldev) / (0.2 l0)"),
         Constraint.ACTUATION_MOST: ("hard", "30 + (ldev - 0.9 l0) / (0.1 l0)"),
     }
