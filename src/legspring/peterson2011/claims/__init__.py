@@ -22,6 +22,13 @@ class Claim:
     text: str
     parts: Callable[[Results], list[Part]]
 
+    def judge(self, results: Results) -> Verdict:
+        """Judge the claim by its parts."""
+        parts = tuple(self.parts(results))
+        found = " ".join(part.sentence for part in parts if part.outcome != Outcome.OPEN)
+        outcome = combine(part.outcome for part in parts)
+        return Verdict(self.number, self.chapter, self.text, outcome, found, _why(parts), parts)
+
 
 CLAIMS = (
     Claim(
@@ -199,13 +206,7 @@ def judge(results: Results) -> list[Verdict]:
     list of Verdict
         One for each of `CLAIMS`, in order.
     """
-    return [_verdict(claim, tuple(claim.parts(results))) for claim in CLAIMS]
-
-
-def _verdict(claim: Claim, parts: tuple[Part, ...]) -> Verdict:
-    outcome = combine(part.outcome for part in parts)
-    found = " ".join(part.sentence for part in parts if part.outcome != Outcome.OPEN)
-    return Verdict(claim.number, claim.chapter, claim.text, outcome, found, _why(parts), parts)
+    return [claim.judge(results) for claim in CLAIMS]
 
 
 def _why(parts: tuple[Part, ...]) -> str:

@@ -19,6 +19,7 @@ from legspring.peterson2011.claims.evidence import (
     grows,
     mean,
     pushes,
+    ratio,
     share,
     turns,
     unknown,
@@ -150,7 +151,7 @@ def stability(results: Results) -> list[Part]:
     return [
         share("gaits that are stable by the thesis's map", value < 1.0, there, 1.0),
         share("gaits that are stable by the complete map", gaits["max_multiplier"] < 1.0, there, 1.0),
-        within("mean eigenvalue from 60 deg, in units of that up to 10 deg", steep / mean(value, low), 0.0, 0.5),
+        within("mean eigenvalue from 60 deg, in units of that up to 10 deg", ratio(steep, mean(value, low)), 0.0, 0.5),
         within("heading with the least mean eigenvalue on slopes up to 10 deg", _place(row, "min"), 0.3, 0.4, "rad"),
         within(
             "heading with the least one below 0.2 rad",
@@ -238,4 +239,4 @@ def _jump(gaits: xr.Dataset, cells: xr.DataArray) -> float:
     """Mean rise of the cost from heading to heading at which the middle legs turn, over that at the others."""
     rise = gaits["transport_cost"].where(cells).diff("heading")
     turning = pushes(gaits, "M").where(cells, False).astype(int).diff("heading") == -1
-    return mean(rise, turning) / mean(rise, ~turning)
+    return ratio(mean(rise, turning), mean(rise, ~turning))

@@ -219,6 +219,11 @@ def within(what: str, value: float, low: float, high: float, unit: str = "", rea
     return yes(what, wanted, found, low <= value <= high, reason)
 
 
+def ratio(value: float, unit: float) -> float:
+    """Return a value in units of another one; nan if that is not positive."""
+    return value / unit if unit > 0.0 else math.nan
+
+
 def near(what: str, value: float, number: float) -> Part:
     """Judge whether a number is near another one."""
     return within(what, value, (1.0 - NEAR) * number, (1.0 + NEAR) * number)
