@@ -1,7 +1,5 @@
 """The report: one HTML file with everything in it, readable without a network."""
 
-import json
-import math
 import os
 import platform
 import struct
@@ -14,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
-import xarray as xr
 
 import legspring
 from legspring.files import PathLike, check_output, whole_file
 from legspring.peterson2011.claims import Outcome, Results, Verdict
+from legspring.peterson2011.claims.evidence import animal_of
+from legspring.peterson2011.tables import Table, parameter_table
 
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "matplotlib")
 WIDE = 1500
@@ -76,15 +75,6 @@ class Picture:
 
     path: Path
     caption: str
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table: what it shows, the names of its columns, and its cells as they are to be printed."""
-
-    caption: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -154,7 +144,7 @@ def write_report(
         badges=BADGES,
         beyond=beyond,
         data=data,
-        parameters=parameters(results.atlas),
+        parameters=parameter_table(animal_of(results.atlas)),
         provenance=provenance(results),
         versions=versions(),
         total=sum(timings.values()),
@@ -232,25 +222,6 @@ def duration(seconds: float) -> str:
     return f"{seconds / 60.0:.1f} min"
 
 
-def parameters(atlas: xr.Dataset) -> Table:
-    """Return the animal's parameters as a table."""
-    animal = json.loads(atlas.attrs["parameters"])
-    body, legs = animal["body"], {leg["pair"]: leg for leg in reversed(animal["legs"])}
-    rows = [
-        ["mass (g)", f"{1e3 * body['mass']:g}"],
-        ["yaw", str(body["yaw"])],
-        ["gravity (m/s^2)", f"{animal['gravity']:g}"],
-    ]
-    for pair in dict.fromkeys(leg["pair"] for leg in animal["legs"]):
-        leg = legs[pair]
-        rows.append([
-            f"legs {pair}",
-            f"length {1e3 * leg['length']:g} mm, amplitude {1e3 * leg['actuation']:g} mm (chapter 4), "
-            f"stiffness {leg['stiffness']:g} N/m, angle {math.degrees(leg['angle']):.0f} deg",
-        ])  # fmt: skip
-    return Table(str(animal["name"]), ("parameter", "value"), rows)
-
-
 def provenance(results: Results) -> Table:
     """Return where each dataset comes from."""
     datasets = {
@@ -259,12 +230,11 @@ def provenance(results: Results) -> Table:
         "optimised by Nelder-Mead": results.nelder_mead,
     }
     names = ("source", "history", "search", "method", "map")
-    rows = [[label, *(str(dataset.attrs.get(name, "")) for name in names)] for label, dataset in datasets.items()]
-    return Table("Datasets", ("dataset", *names), rows)
+    cells = ((label, *(str(data.attrs.get(name, "")) for name in names)) for label, data in datasets.items())
+    return Table("", "Datasets", ("dataset", *names), tuple(cells))
 
 
 def versions() -> Table:
     """Return the versions of what computed the results."""
-    own = [["legspring", legspring.__version__], ["Python", platform.python_version()]]
-    rows = own + [[name, version(name)] for name in PACKAGES]
-    return Table("Versions", ("package", "version"), rows)
+    own = (("legspring", legspring.__version__), ("Python", platform.python_version()))
+    return Table("", "Versions", ("package", "version"), (*own, *((name, version(name)) for name in PACKAGES)))

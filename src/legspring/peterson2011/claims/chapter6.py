@@ -23,11 +23,9 @@ from legspring.peterson2011.claims.evidence import (
     within,
     yes,
 )
+from legspring.peterson2011.tables import OBJECTIVES, peak_range
 
 NAMES = {"F": "front", "M": "middle", "B": "back"}
-OBJECTIVES = ("stability", "efficiency")
-MEASURED_HEADINGS = (0.05, 0.40)
-"""Headings over which Tables 6.1 to 6.3 take the ranges of the model's forces, rad."""
 FACTOR = 2.0
 """Ratio up to which forces are of the same size."""
 UNIFORM = 0.25
@@ -147,31 +145,26 @@ def agreement(results: Results) -> list[Part]:
     fixed, stable, efficient = results.published, *(results.selected.sel(objective=name) for name in OBJECTIVES)
     named = {"fixed actuation": fixed, "stability": stable, "efficiency": efficient}
     parts = [part for name, gaits in named.items() for part in _compare(name, gaits, results)]
-    place = {"leg": "B", "axis": "lateral"}
-    low, high, animal = xr.align(*(extreme.sel(place) for extreme in (*ranges(fixed), extremes(results)[1])))
+    lateral, animal = xr.align(peak_range(fixed), results.measured["experiment"])
+    lateral, animal = (force.sel(leg="B", axis="lateral") for force in (lateral, animal))
+    low, high = (lateral.sel(extreme=name, drop=True) for name in ("min", "max"))
+    beyond = low - animal.sel(extreme="max", drop=True)
     return [
         *parts,
         within("least lateral force of the back legs", float(low.min()), 0.30 - ROUNDING, 0.30 + ROUNDING, "m g"),
         within("greatest one", float(high.max()), 0.42 - ROUNDING, 0.42 + ROUNDING, "m g"),
         share(
             "slopes at which all of it is beyond the measured range",
-            low > animal,
-            (low - animal).notnull(),
+            beyond > 0.0,
+            beyond.notnull(),
             1.0,
         ),
     ]
 
 
-def ranges(gaits: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
-    """Least and greatest peak force over the headings of the tables."""
-    first, last = MEASURED_HEADINGS
-    force = gaits["peak_force"].where((gaits["heading"] > first - 1e-9) & (gaits["heading"] < last + 1e-9))
-    return force.min("heading"), force.max("heading")
-
-
 def _compare(name: str, gaits: xr.Dataset, results: Results) -> list[Part]:
     """Compare the greatest magnitudes, and the signs of front forces where the measured ones have but one."""
-    model, animal = xr.align(xr.concat(ranges(gaits), "extreme"), xr.concat(extremes(results), "extreme"))
+    model, animal = xr.align(peak_range(gaits), results.measured["experiment"])
     ratio = abs(model).max("extreme") / abs(animal).max("extreme")
     clear = (animal.prod("extreme", skipna=False) >= 0.0) & ratio.notnull() & (animal["leg"] == "F")
     return [
