@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from legspring.figures.style import COLUMN, GRAY, MARKERS, PAGE, diverging, label, new_figure, sequential, styled, units
+from legspring.figures.style import COLUMN, MARKERS, PAGE, diverging, label, new_figure, sequential, styled, units
 
 Floats = NDArray[np.float64]
 Limits = tuple[float, float]
@@ -251,7 +251,7 @@ def mark(
 
 def empty(axes: Axes) -> list[Artist]:
     """Hatch the ground that shows where there is no cell; return the legend's entry for it."""
-    look: dict[str, Any] = {"facecolor": "white", "edgecolor": GRAY, "hatch": "//////"}
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": "0.7", "hatch": "/////"}
     axes.patch.set(**look)
     return [Patch(label="no gait", linewidth=0.4, **look)]
 

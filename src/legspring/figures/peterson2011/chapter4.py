@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.figures.maps import add_bar, add_legend, draw_atlas, draw_map, panel_grid
-from legspring.figures.peterson2011.registry import ThesisFigure
+from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
 from legspring.figures.style import styled
 
 PHASES = (-75.0, 75.0)
@@ -37,14 +37,14 @@ FIGURES = (
         speed_and_phases,
         "Fixed actuation: initial speed of a step, and the phases of front, middle and back legs. Of several gaits "
         "in a cell, these maps and those that follow show the one with the most negative phase of the back legs; "
-        "the thesis knows no other.",
+        "the thesis shows no other.",
     ),
     ThesisFigure(
         "4.2",
         "atlas",
         partial(draw_atlas, name="reduced_eigenvalue", limits=EIGENVALUES),
-        "Fixed actuation: largest eigenvalue magnitude, with the families as markers. It is that of the map "
-        "of speed and heading, as in the thesis. Where legs of the step before are still down, which is so in most "
+        f"Fixed actuation: largest eigenvalue magnitude, with markers for the families ({FAMILY_WORDS}). It is that of "
+        "the map of speed and heading, as in the thesis. Where legs of the step before are still down, as in most "
         "cells, a disturbance decays at another rate: that of the complete map.",
     ),
     ThesisFigure(

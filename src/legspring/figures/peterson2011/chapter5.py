@@ -140,8 +140,8 @@ FIGURES = (
         "5.1",
         "optima",
         existence,
-        f"Where there is a gait with optimised actuation, by family ({FAMILY_WORDS}). Each has its own corner of a "
-        "cell, so that all that exist there can be seen. No gait has back legs that pull.",
+        f"Where there is a gait with optimised actuation, by family ({FAMILY_WORDS}). Each family has its own corner "
+        "of a cell, so that all that exist there can be seen.",
     ),
     *_figures("stability", 2),
     *_figures("efficiency", 12),

@@ -18,7 +18,7 @@ Source = Literal["gait", "simulation", "setting", "atlas", "optima", "selected",
 - ``measured``: `legspring.data.published_forces`
 """
 
-FAMILY_WORDS = "families: A all legs push; FB front and back; MB middle and back; B only back legs"
+FAMILY_WORDS = "A: all legs push; FB: front and back; MB: middle and back; B: back only"
 
 
 @dataclass(frozen=True)

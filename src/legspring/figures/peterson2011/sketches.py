@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 
 AHEAD = 90.0
 """Direction of straight ahead, which is uphill, in a figure, deg."""
+RADII = {"F": 25.0, "M": 8.0, "B": 6.0}
+"""Where the angles of pairs of legs are drawn so that they keep out of each other's way, mm."""
 
 
 @styled
@@ -51,63 +53,59 @@ def sketch_of_path(gait: Gait) -> Figure:
     run = gait.simulate(strides=1)
     step, half = 1e3 * gait.setting.step_length, run.sizes["time"] // 2
     along, left = 1e3 * run["position"].sel(axis="fore_aft"), -1e3 * run["position"].sel(axis="lateral")
-    # The lateral scale is not that along the path: arrows with scaled components stay tangent to it.
-    rise = run["velocity"].sel(axis="lateral") / -run["velocity"].sel(axis="fore_aft")
+    height, reach = float(np.abs(left).max()), 0.3 * step
     figure = new_figure(PAGE, 0.42 * PAGE)
     axes = figure.subplots()
-    height, reach = float(np.abs(left).max()), 0.3 * step
     axes.set(xlim=(-0.06 * step, 2.0 * step + 1.3 * reach), ylim=(-2.1 * height, 1.3 * height))
     axes.axis("off")
     axes.plot(along, left, color=COLOURS[0], linewidth=1.5)
     axes.plot([0.0, 2.0 * step + reach], [0.0, 0.0], color=GRAY, linewidth=0.6, linestyle="--")
-    times = ("0", r"t_\mathrm{des}", r"2\,t_\mathrm{des}")
-    for number, (row, time) in enumerate(zip((0, half, -1), times, strict=True)):
-        x, y, slant = float(along[row]), float(left[row]), float(rise[row])
-        side, sign = math.copysign(1.0, slant), "-" if slant * gait.heading < 0.0 else ""
-        _arrow(axes, (x, y), (x + reach, y + slant * reach), COLOURS[1])
-        axes.text(
-            x + reach, y + slant * reach + 0.13 * side * height, r"$v_0$", ha="center", va="center", color=COLOURS[1]
-        )
-        bend = np.linspace(0.0, slant, 20)
-        inward = 0.75 * reach * (1.0 - 0.12 * (bend / slant) ** 2)
-        axes.plot(x + inward, y + bend * inward, color=GRAY, linewidth=0.8)
-        axes.text(x + 0.78 * reach, y + 0.35 * slant * reach, rf"${sign}\delta_0$", va="center")
-        axes.plot(x, y, "o", color="black", markersize=5)
-        axes.text(x + 0.02 * step, y - 0.2 * side * height, f"$t={time}$", va="center")
-        axes.plot([x, x], [-1.75 * height, y], color="0.8", linewidth=0.6, zorder=0)
-        if number:
-            same = r"$v=v_0$  (3.1)" + "\n" + rf"$\delta={sign}\delta_0$  (3.2)" + "\n" + r"$x=0$  (3.4)"
-            axes.text(x + 0.02 * step, -1.05 * height, same, va="top", linespacing=1.5)
-            _dimension(axes, (x - step, -1.75 * height), (x, -1.75 * height))
-            words = r"$v_\mathrm{des}\,t_\mathrm{des}$  (3.3)"
-            axes.text(x - 0.5 * step, -1.8 * height, words, ha="center", va="top")
     axes.text(2.0 * step + reach, -0.04 * height, "uphill", ha="right", va="top", color=GRAY)
+    for number, time in enumerate(("0", r"t_\mathrm{des}", r"2\,t_\mathrm{des}")):
+        now = run.isel(time=number * half)
+        x, heading = number * step, r"-\delta_0" if number == 1 else r"\delta_0"
+        # The lateral scale is not that along the path: an arrow with scaled components stays tangent to it.
+        rise = -reach * float(now["velocity"].sel(axis="lateral") / now["velocity"].sel(axis="fore_aft"))
+        _velocity(axes, x, reach, rise, heading)
+        axes.plot(x, -1e3 * now["position"].sel(axis="lateral"), "o", color="black", markersize=5)
+        axes.text(x + 0.02 * step, -0.2 * math.copysign(height, rise), f"$t={time}$", va="center")
+        axes.plot([x, x], [-1.75 * height, 0.0], color="0.8", linewidth=0.6, zorder=0)
+        if number:
+            conditions = f"$v=v_0$  (3.1)\n$\\delta={heading}$  (3.2)\n$x=0$  (3.4)"
+            axes.text(x + 0.02 * step, -1.05 * height, conditions, va="top", linespacing=1.5)
+            _dimension(axes, (x - step, -1.75 * height), (x, -1.75 * height))
+            distance = r"$v_\mathrm{des}\,t_\mathrm{des}$  (3.3)"
+            axes.text(x - 0.5 * step, -1.8 * height, distance, ha="center", va="top")
     _scales(axes, (0.2 * step, -1.2 * height), 2.0, 0.5)
     return figure
 
 
+def _velocity(axes: Axes, x: float, reach: float, rise: float, heading: str) -> None:
+    """Draw the velocity at a place on the line uphill, and its heading."""
+    _arrow(axes, (x, 0.0), (x + reach, rise), COLOURS[1])
+    axes.text(x + reach, 1.17 * rise, r"$v_0$", ha="center", va="center", color=COLOURS[1])
+    part = np.linspace(0.0, 1.0, 20)
+    bend = 0.75 * (1.0 - 0.12 * part**2)
+    axes.plot(x + bend * reach, part * bend * rise, color=GRAY, linewidth=0.8)
+    axes.text(x + 0.78 * reach, 0.35 * rise, f"${heading}$", va="center")
+
+
 def _from_above(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
-    start = run.isel(time=0)
-    feet = 1e3 * start["foot"].values
+    """Draw the legs that have just been put down, those that remain, the heading and the angles."""
     axes.add_patch(Ellipse((0.0, -3.0), 13.0, 40.0, facecolor="0.95", edgecolor="0.8", linewidth=0.6, zorder=0))
     axes.plot([0.0, 0.0], [0.0, 38.0], color=GRAY, linewidth=0.6, linestyle="--")
     axes.text(0.0, 39.0, "straight ahead: uphill", ha="center", va="bottom", color=GRAY)
-    radii = {"F": 25.0, "M": 8.0, "B": 6.0}
-    for number, leg in enumerate(gait.animal.legs):
-        foot, now = feet[number], leg.offset == 0.0
-        if np.isnan(foot[0]):
-            continue
-        colour = COLOURS[number % 3] if now else "0.7"
-        _spring(axes, (0.0, 0.0), (foot[0], foot[1]), colour)
-        axes.plot(*foot, "o", color=colour)
-        outer = 2.6 + max(float(np.hypot(*foot)), 1e3 * leg.length * now)
-        beyond = foot / np.hypot(*foot) * outer
-        axes.text(beyond[0], beyond[1], leg.name, ha="center", va="center", color=colour)
-        if now:
-            radius = radii.get(leg.pair, 8.0)
-            _angle(axes, (0.0, 0.0), radius, AHEAD, AHEAD + math.degrees(leg.angle), rf"$\beta_{leg.pair}$")
+    colours = iter(COLOURS)
+    for leg, foot in zip(gait.animal.legs, 1e3 * run["foot"].isel(time=0).values, strict=True):
+        if leg.offset == 0.0:
+            colour = next(colours)
+            _leg(axes, leg.name, foot, colour, beyond=1e3 * leg.length)
             nominal = 1e3 * leg.length * np.array([-math.sin(leg.angle), math.cos(leg.angle)])
             axes.plot(*nominal, "o", markersize=7, markerfacecolor="none", markeredgecolor=colour, markeredgewidth=0.6)
+            end = AHEAD + math.degrees(leg.angle)
+            _angle(axes, (0.0, 0.0), RADII.get(leg.pair, 8.0), AHEAD, end, rf"$\beta_{leg.pair}$")
+        elif np.isfinite(foot[0]):
+            _leg(axes, leg.name, foot, "0.7")
     tip = 20.0 * np.array([-math.sin(gait.heading), math.cos(gait.heading)])
     _arrow(axes, (0.0, 0.0), (tip[0], tip[1]))
     axes.text(tip[0], tip[1] + 0.5, r"$v_0$", ha="center", va="bottom")
@@ -116,6 +114,15 @@ def _from_above(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
     axes.text(2.0, -1.0, "COM", va="top")
     axes.set(title="from above, at a touch-down", aspect="equal")
     axes.axis("off")
+
+
+def _leg(axes: Axes, name: str, foot: Floats, colour: str, beyond: float = 0.0) -> None:
+    """Draw a leg, its foot, and its name further out than both foot and the given length."""
+    _spring(axes, (0.0, 0.0), (foot[0], foot[1]), colour)
+    axes.plot(*foot, "o", color=colour)
+    length = float(np.hypot(*foot))
+    place = foot / length * (max(length, beyond) + 2.6)
+    axes.text(place[0], place[1], name, ha="center", va="center", color=colour)
 
 
 def _from_the_side(axes: Axes, slope_deg: float) -> None:
