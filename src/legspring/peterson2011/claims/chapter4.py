@@ -46,7 +46,7 @@ def existence(results: Results) -> list[Part]:
     return [
         share("cells with a gait", there, there | ~there, least=MOST),
         share("empty cells with slopes of 25 to 65 deg and headings from 0.40 rad", middle, ~there & ~origin, MOST),
-        share("gaits at 0 deg, 0 rad in which every leg works", there, origin, most=0.0),
+        share("gaits of the four families at 0 deg, 0 rad in which every leg works", there, origin, most=0.0),
     ]
 
 
