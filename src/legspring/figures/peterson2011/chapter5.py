@@ -88,50 +88,46 @@ def in_lengths(gaits: xr.Dataset) -> xr.DataArray:
     return (gaits["actuation"] / nominal).assign_attrs(long_name="actuation", units="l0")
 
 
-def _figures(objective: str, first: int) -> list[ThesisFigure]:
-    """Return the figures of one objective: actuation, phases, the objective itself, and the other one."""
+Quantity = tuple[str, Limits, str]
+"""A variable, its range of colours, and what a caption says about it."""
+OF_LEGS: tuple[Quantity, ...] = (
+    (
+        "actuation",
+        ACTUATIONS,
+        "actuation of the {leg} legs in units of their nominal length l0, for each family. The colours span what is "
+        "allowed, so that gaits at either limit, 0.2 l0 and 0.9 l0, stand out. Where several actuations are equally "
+        "good, ours need not be the thesis's.",
+    ),
+    (
+        "phase",
+        PHASES,
+        "phase of the {leg} legs, for each family. The larger it is, the later in their cycle they touch down: high "
+        "phases mean short and weak stances. The objective resists phases above 60 deg.",
+    ),
+)
+EIGENVALUE: Quantity = (
+    "reduced_eigenvalue",
+    EIGENVALUES,
+    "largest eigenvalue magnitude of the map of speed and heading",
+)
+COST: Quantity = ("transport_cost", COSTS, "transport cost, which is at least the sine of the slope")
+
+
+def _figures(objective: str, first: int, *quantities: Quantity) -> list[ThesisFigure]:
+    """Return the figures of one objective: of each pair of legs, and of the quantities."""
     numbers = (f"5.{number}" for number in count(first))
     head = f"Optimised for {objective}"
     figures = []
-    for name, limits, words in (
-        (
-            "actuation",
-            ACTUATIONS,
-            "actuation of the {leg} legs in units of their nominal length l0. The colours span what is allowed, "
-            "so that gaits at either limit, 0.2 l0 and 0.9 l0, stand out; the thesis's figures are in metres",
-        ),
-        (
-            "phase",
-            PHASES,
-            "phase of the {leg} legs. The larger it is, the later in their cycle they touch down: high phases mean "
-            "short and weak stances. The objective resists phases above 60 deg",
-        ),
-    ):
-        figures += [
-            ThesisFigure(
-                next(numbers),
-                "optima",
-                partial(by_family, name=name, objective=objective, limits=limits, leg=leg),
-                f"{head}: {words.format(leg=where)}.",
-            )
-            for leg, where in LEG_WORDS.items()
-        ]
-    quantities = [
-        ("reduced_eigenvalue", EIGENVALUES, "largest eigenvalue magnitude (of the map of speed and heading)"),
-        ("transport_cost", COSTS, "transport cost"),
-    ]
-    for name, limits, words in quantities if objective == "stability" else reversed(quantities):
-        draw_both = partial(by_family, name=name, objective=objective, limits=limits)
+    for name, limits, words in OF_LEGS:
+        for leg, where in LEG_WORDS.items():
+            draw = partial(by_family, name=name, objective=objective, limits=limits, leg=leg)
+            figures.append(ThesisFigure(next(numbers), "optima", draw, f"{head}: {words.format(leg=where)}"))
+    for name, limits, words in quantities:
+        draw_all = partial(by_family, name=name, objective=objective, limits=limits)
         draw_best = partial(draw_atlas, name=name, objective=objective, limits=limits)
-        figures += [
-            ThesisFigure(next(numbers), "optima", draw_both, f"{head}: {words}, for each family."),
-            ThesisFigure(
-                next(numbers),
-                "selected",
-                draw_best,
-                f"{head}: {words} of the best family of each cell, which the markers tell.",
-            ),
-        ]
+        best = f"{head}: {words}; the best family of each cell, which the markers tell."
+        figures.append(ThesisFigure(next(numbers), "optima", draw_all, f"{head}: {words}; each family."))
+        figures.append(ThesisFigure(next(numbers), "selected", draw_best, best))
     return figures
 
 
@@ -143,6 +139,6 @@ FIGURES = (
         f"Where there is a gait with optimised actuation, by family ({FAMILY_WORDS}). Each family has its own corner "
         "of a cell, so that all that exist there can be seen.",
     ),
-    *_figures("stability", 2),
-    *_figures("efficiency", 12),
+    *_figures("stability", 2, EIGENVALUE, COST),
+    *_figures("efficiency", 12, COST, EIGENVALUE),
 )
