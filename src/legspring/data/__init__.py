@@ -1,8 +1,8 @@
 """Published numbers, and where they come from.
 
 ``peterson2011_forces.csv``: Tables 6.1-6.3 of D. E. Peterson, Reduced Order Multi-Legged Mathematical Modeling of
-Cockroach Locomotion on Inclines, thesis, 2011; two decimals as printed. The columns ``experiment`` are measurements
-that the thesis took from others.
+Cockroach Locomotion on Inclines, thesis, 2011; two decimals as printed. The columns ``experiment`` are measured
+on animals, the others computed.
 """
 
 import csv

@@ -65,7 +65,7 @@ FIGURES = (
         "4.5",
         "atlas",
         partial(draw_atlas, name="transport_cost", limits=COSTS),
-        "Fixed actuation: transport cost. Where only the back legs push it is the sine of the slope, "
-        "the least that there can be.",
+        "Fixed actuation: transport cost. Where no leg does negative work, as in almost all gaits in "
+        "which only the back legs push, it is the sine of the slope, the least that there can be.",
     ),
 )

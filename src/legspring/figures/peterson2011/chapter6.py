@@ -80,7 +80,7 @@ def _measured(number: str, axis: str) -> ThesisFigure:
         "measured",
         partial(measured_ranges, axis=axis),
         f"Peak {AXIS_WORDS[axis]} forces as measured on cockroaches: from the least to the greatest, at each slope "
-        "(experiments of others, as printed in Tables 6.1 to 6.3). Middle legs were measured on the level and "
+        "(from the thesis's Tables 6.1 to 6.3). Middle legs were measured on the level and "
         "the vertical only, and the tables give no numbers for them.",
     )
 
