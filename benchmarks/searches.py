@@ -44,7 +44,8 @@ def solver(setting: Setting, heading: float, accuracy: float, goal: float) -> So
     )
 
     def solve(z: Floats) -> tuple[NDArray[np.int64], int]:
-        endings, *_, steps = find_zeros(w, start, setting.pair, stride, z, scale, goal, MOST_ITERATIONS)
+        magnitudes = np.tile(setting.actuation, (len(z), 1))
+        endings, *_, steps = find_zeros(w, start, setting.pair, stride, magnitudes, z, scale, goal, MOST_ITERATIONS)
         return endings, steps
 
     return solve

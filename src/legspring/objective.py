@@ -1,29 +1,33 @@
 """What an actuation is to minimise: the thesis's penalised objective (section 3.5, Table 3.1)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from legspring.gait import Gait
-from legspring.kernel.measure import stretch_rates
-from legspring.kernel.walker import LIFTOFF, Floats
+from legspring.kernel.walker import Floats
+from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
 from legspring.setting import checked_vector
 from legspring.solve import Problem
+from legspring.trial import GOAL, Map, Trial, What
 
 Goal = Literal["stability", "efficiency"]
-Map = Literal["complete", "reduced"]
 
 LEAST, MOST = 0.2, 0.9
 """Range of the actuation, in units of the nominal length."""
 LATEST, EARLIEST, PHASE_UNIT = math.pi / 3, -math.pi / 2, math.pi / 6
 """Range of the phases, and what a penalty counts their excess in, rad."""
-SMALLEST_ANGLE = 10.0
+SMALLEST_ANGLE, ANGLE_WEIGHT = 10.0, 0.05
 """Angle between the curves of a leg's length and its force-free length against time, deg with rates in m/s."""
+NO_GAIT = 2.0
+"""What it costs at least that there is no gait: one with a larger objective is not worth having."""
+CLOSE = 1e-3
+"""Distance from its limit, in units of l0 or rad (angles: a tenth of a degree), at which a constraint is active."""
 
 
 class Constraint(StrEnum):
@@ -39,8 +43,7 @@ class Constraint(StrEnum):
     ACTUATION_MOST = "the actuation is at most 0.9 l0"
 
 
-@dataclass(frozen=True)
-class Penalty:
+class Penalty(NamedTuple):
     """What a constraint that is not kept adds to the objective; ``pair`` is empty where it concerns no single pair."""
 
     constraint: Constraint
@@ -55,17 +58,19 @@ class Score:
     Attributes
     ----------
     actuation
-        Magnitudes for each pair of legs, m.
-    gait
-        The gait, None if there is none.
+        In units of the legs' nominal lengths, ``(P,)``.
+    unknowns, beside
+        Of the gait (see `legspring.solve.Problem`), and of the fixed point at a slightly larger heading; None where
+        there is none.
     value
         Eigenvalue magnitude or transport cost; 0 where there is no gait.
     penalties
         For the constraints that are not kept.
     """
 
-    actuation: tuple[float, ...]
-    gait: Gait | None
+    actuation: Floats
+    unknowns: Floats | None
+    beside: Floats | None
     value: float
     penalties: tuple[Penalty, ...]
 
@@ -80,100 +85,167 @@ def missing_fixed_point(squares: float) -> float:
     return max(10.0 + math.log10(squares), 0.0) if squares > 0.0 else 0.0
 
 
+def heading_beside(heading: float) -> float:
+    """Return the slightly larger heading at which there must be a fixed point, too."""
+    return 1.05 * heading if abs(heading) >= 0.05 else heading + 0.0025
+
+
 class Objective:
     """The penalised objective of one family at one slope and heading, as a function of the actuation.
 
-    Every evaluation starts its search for the gait from that of the best one so far.
-
     Parameters
     ----------
-    gait
-        Where to start from: its animal, slope, heading and family are those to be optimised.
+    animal, slope, heading, family
+        Whose gaits; rad.
     goal
         ``"stability"``: the largest eigenvalue magnitude; ``"efficiency"``: the transport cost.
     of
         The map whose eigenvalues count: of a stride of the complete map, or the thesis's reduced map.
+
+    Raises
+    ------
+    ValueError
+        For an unknown goal or map, and as `legspring.trial.Trial` does.
     """
 
-    def __init__(self, gait: Gait, goal: Goal, of: Map = "complete") -> None:
+    def __init__(
+        self, animal: Animal, slope: float, heading: float, family: str, goal: Goal, of: Map = "complete"
+    ) -> None:
         if goal not in ("stability", "efficiency"):
-            raise ValueError(f"goal = {goal!r}: must be 'stability' or 'efficiency'")
+            raise ValueError(f"objective = {goal!r}: must be 'stability' or 'efficiency'")
         if of not in ("complete", "reduced"):
-            raise ValueError(f"of = {of!r}: must be 'complete' or 'reduced'")
+            raise ValueError(f"map = {of!r}: must be 'complete' or 'reduced'")
         self.goal, self.of = goal, of
+        self.trial = Trial(animal, slope, heading, family)
+        self.beside = self.trial.beside(heading_beside(heading))
         self.evaluations = 0
-        self._near = gait
-        self.best = self(gait.actuation)
 
-    def __call__(self, actuation: ArrayLike) -> Score:
-        """Evaluate the objective for some magnitudes, m, of which there is one for each pair of legs."""
+    @property
+    def floor(self) -> float:
+        """What no gait can be better than: sin(slope) (Eq. 4.1), or 0."""
+        return math.sin(self.trial.setting.slope) if self.goal == "efficiency" else 0.0
+
+    def __call__(self, actuation: ArrayLike, near: Floats, beside: Floats | None = None) -> Score:
+        """Evaluate the objective for some actuation at the gait near some unknowns.
+
+        Parameters
+        ----------
+        actuation
+            In units of nominal lengths, ``(P,)``.
+        near
+            Unknowns to search from.
+        beside
+            Where the fixed point at a slightly larger heading may be, if not near the gait.
+        """
         self.evaluations += 1
-        animal = self._near.animal
-        magnitudes = checked_vector("actuation", actuation, len(animal.pairs))
-        lengths = pair_lengths(animal)
-        penalties = bound_penalties(animal, magnitudes)
-        gait = None
-        if np.all((magnitudes >= 0.0) & (magnitudes < lengths)):
-            gait, squares = self._gait(magnitudes)
-        else:
-            squares = 1.0
-        if gait is None:
-            penalties.append(Penalty(Constraint.FIXED_POINT, "", 2.0 + 2.0 * missing_fixed_point(squares)))
-            return Score(tuple(map(float, magnitudes)), None, 0.0, tuple(penalties))
-        penalties += self._beside(gait) + phase_penalties(gait) + angle_penalties(gait)
-        score = Score(gait.actuation, gait, self.measure(gait), tuple(penalties))
-        if self.evaluations == 1 or score.total < self.best.total:
-            self.best, self._near = score, gait
-        return score
+        ratio = checked_vector("actuation", actuation, len(self.trial.lengths))
+        squares = 1.0
+        if np.all((ratio >= 0.0) & (ratio < 1.0)):
+            found = self.trial.solve(ratio, near)
+            squares = float(found.squares[0])
+            score = self.alone(ratio, found.z[0]) if found.residuals[0] <= GOAL else None
+            if score is not None:
+                return self._with_beside(score, beside)
+        missing = Penalty(Constraint.FIXED_POINT, "", NO_GAIT + 2.0 * missing_fixed_point(squares))
+        return Score(ratio, None, None, 0.0, (*bound_penalties(self.trial.setting.animal, ratio), missing))
 
-    def measure(self, gait: Gait) -> float:
-        """Return what is to be small, without penalties."""
+    def alone(self, ratio: Floats, z: Floats) -> Score | None:
+        """Evaluate the objective at a solution without looking for the fixed point beside it; None if it is no gait."""
+        trial, animal = self.trial, self.trial.setting.animal
+        what: What = "cost" if self.goal == "efficiency" else self.of
+        seen = trial.look(np.concatenate([ratio, z]), what)
+        if not seen.is_gait[0]:
+            return None
         if self.goal == "efficiency":
-            return gait.transport_cost
-        return gait.reduced_eigenvalue if self.of == "reduced" else float(abs(gait.multipliers[0]))
+            value = float(seen.cost[0])
+        else:
+            value = largest_magnitude(seen.jacobians[0]) ** (1 if self.of == "reduced" else 2)
+        penalties = (
+            *bound_penalties(animal, ratio),
+            *phase_penalties(animal.pairs, z[1:]),
+            *angle_penalties(animal.pairs, seen.angles[0]),
+        )
+        return Score(ratio, z, None, value, penalties)
 
-    def _problem(self, magnitudes: Floats | tuple[float, ...], heading: float) -> Problem:
-        near = self._near
-        return Problem(near.animal, near.slope, heading, near.family, magnitudes)
+    def totals(self, candidates: Floats) -> Floats:
+        """Evaluate the objective of candidates, ``(N, P + n)``, but for the gaits beside; infinite where it is no gait."""
+        trial, p = self.trial, len(self.trial.lengths)
+        seen = trial.look(candidates, "cost" if self.goal == "efficiency" else self.of)
+        value = np.full(len(candidates), np.inf)
+        if self.goal == "efficiency":
+            value[seen.is_gait] = seen.cost[seen.is_gait]
+        else:
+            radii = np.max(np.abs(np.linalg.eigvals(seen.jacobians[seen.is_gait])), axis=1)
+            value[seen.is_gait] = radii ** (1 if self.of == "reduced" else 2)
+        phases = candidates[:, p + 1 :]
+        late, early = (phases - LATEST) / PHASE_UNIT, (EARLIEST - phases) / PHASE_UNIT
+        soft = 0.5 * np.maximum(late, 0.0) + np.where(early > 0.0, 0.5 + 0.5 * early, 0.0)
+        flat = np.maximum(ANGLE_WEIGHT * (SMALLEST_ANGLE - np.abs(seen.angles)), 0.0)
+        return value + np.sum(soft, axis=1) + np.nan_to_num(np.sum(flat, axis=(1, 2)))
 
-    def _gait(self, magnitudes: Floats) -> tuple[Gait | None, float]:
-        """Solve for the gait near the best one; return it if it is valid, and the sum of squared residuals."""
-        problem = self._problem(magnitudes, self._near.heading)
-        gait, squares = problem.gait_near(problem.unknowns(self._near))
-        return (gait if gait is not None and gait.invalid() is None else None), squares
+    def _with_beside(self, score: Score, guess: Floats | None) -> Score:
+        """Add the fixed point beside a gait, or the penalty for its absence."""
+        assert score.unknowns is not None
+        for near in (score.unknowns, guess):
+            if near is not None:
+                found = self.beside.solve(score.actuation, near)
+                if found.residuals[0] <= GOAL:
+                    return replace(score, beside=found.z[0])
+        amount = 0.5 + 0.5 * missing_fixed_point(float(found.squares[0]))
+        return replace(score, penalties=(*score.penalties, Penalty(Constraint.FIXED_POINT_BESIDE, "", amount)))
 
-    def _beside(self, gait: Gait) -> list[Penalty]:
-        """Penalise a gait that would not survive a slightly larger heading."""
-        heading = 1.05 * gait.heading if abs(gait.heading) >= 0.05 else gait.heading + 0.0025
-        problem = self._problem(gait.actuation, heading)
-        beside, squares = problem.gait_near(problem.unknowns(gait))
-        if beside is not None:
-            return []
-        return [Penalty(Constraint.FIXED_POINT_BESIDE, "", 0.5 + 0.5 * missing_fixed_point(squares))]
+    def active(self, score: Score) -> tuple[str, ...]:
+        """Name the constraints that bind: those that are violated, and those that all but are."""
+        trial, pairs = self.trial, self.trial.setting.animal.pairs
+        if score.unknowns is None:
+            return ()
+        seen = trial.look(np.concatenate([score.actuation, score.unknowns]), "ends")
+        phases, angles = score.unknowns[1:], np.abs(seen.angles[0])
+        near = {
+            Constraint.ACTUATION_LEAST: score.actuation < LEAST + CLOSE,
+            Constraint.ACTUATION_MOST: score.actuation > MOST - CLOSE,
+            Constraint.PHASE_LATEST: phases > LATEST - CLOSE,
+            Constraint.PHASE_EARLIEST: phases < EARLIEST + CLOSE,
+            Constraint.ANGLE_TOUCHDOWN: angles[:, 0] < SMALLEST_ANGLE + 100.0 * CLOSE,
+            Constraint.ANGLE_LIFTOFF: angles[:, 1] < SMALLEST_ANGLE + 100.0 * CLOSE,
+        }
+        names = [f"{pair}: {rule}" for rule, rows in near.items() for pair, row in zip(pairs, rows, strict=True) if row]
+        return (*names, *([str(Constraint.FIXED_POINT_BESIDE)] if self._is_near_fold(score) else []))
+
+    def _is_near_fold(self, score: Score) -> bool:
+        """Whether there is no fixed point any more a little further than there has to be one."""
+        if score.beside is None:
+            return True
+        heading = self.trial.heading
+        further = self.trial.beside(heading + 1.02 * (heading_beside(heading) - heading))
+        return bool(further.solve(score.actuation, score.beside).residuals[0] > GOAL)
+
+    def gait(self, score: Score) -> Gait | None:
+        """Return the gait that a score is about, refined and verified; None if it proves to be none."""
+        if score.unknowns is None:
+            return None
+        trial = self.trial
+        magnitudes = score.actuation * trial.lengths
+        problem = Problem(trial.setting.animal, trial.setting.slope, trial.heading, trial.family, magnitudes)
+        gait = problem.gait(score.unknowns)
+        return gait if gait is not None and gait.invalid() is None else None
 
 
-def pair_lengths(animal: Animal) -> Floats:
-    """Nominal length of each pair of legs, m."""
-    return np.array([next(leg.length for leg in animal.legs if leg.pair == pair) for pair in animal.pairs])
-
-
-def bound_penalties(animal: Animal, magnitudes: Floats) -> list[Penalty]:
-    """Penalise an actuation out of its range."""
+def bound_penalties(animal: Animal, ratio: Floats) -> list[Penalty]:
+    """Penalise an actuation (in units of nominal lengths) out of its range."""
     penalties = []
-    for pair, length, magnitude in zip(animal.pairs, pair_lengths(animal), magnitudes, strict=True):
-        if magnitude < LEAST * length:
-            amount = 30.0 + (LEAST * length - magnitude) / (LEAST * length)
-            penalties.append(Penalty(Constraint.ACTUATION_LEAST, pair, float(amount)))
-        if magnitude > MOST * length:
-            amount = 30.0 + (magnitude - MOST * length) / ((1.0 - MOST) * length)
-            penalties.append(Penalty(Constraint.ACTUATION_MOST, pair, float(amount)))
+    for pair, share in zip(animal.pairs, ratio.tolist(), strict=True):
+        if share < LEAST:
+            penalties.append(Penalty(Constraint.ACTUATION_LEAST, pair, 30.0 + (LEAST - share) / LEAST))
+        if share > MOST:
+            penalties.append(Penalty(Constraint.ACTUATION_MOST, pair, 30.0 + (share - MOST) / (1.0 - MOST)))
     return penalties
 
 
-def phase_penalties(gait: Gait) -> list[Penalty]:
-    """Penalise phases out of their range: late ones softly."""
+def phase_penalties(pairs: tuple[str, ...], phases: Floats) -> list[Penalty]:
+    """Penalise phases (rad) out of their range: late ones softly."""
     penalties = []
-    for pair, phase in zip(gait.animal.pairs, gait.phase, strict=True):
+    for pair, phase in zip(pairs, phases.tolist(), strict=True):
         if phase > LATEST:
             penalties.append(Penalty(Constraint.PHASE_LATEST, pair, 0.5 * (phase - LATEST) / PHASE_UNIT))
         if phase < EARLIEST:
@@ -181,25 +253,11 @@ def phase_penalties(gait: Gait) -> list[Penalty]:
     return penalties
 
 
-def angle_penalties(gait: Gait) -> list[Penalty]:
+def angle_penalties(pairs: tuple[str, ...], angles: Floats) -> list[Penalty]:
     """Penalise, softly, legs whose length hardly parts from its force-free length at touch-down or lift-off."""
     penalties = []
-    ends = (Constraint.ANGLE_TOUCHDOWN, Constraint.ANGLE_LIFTOFF)
-    for pair, leg in zip(gait.animal.pairs, gait.first_legs, strict=True):
-        for constraint, angle in zip(ends, crossing_angles(gait, leg), strict=True):
+    for pair, row in zip(pairs, np.abs(angles).tolist(), strict=True):
+        for constraint, angle in zip((Constraint.ANGLE_TOUCHDOWN, Constraint.ANGLE_LIFTOFF), row, strict=True):
             if angle < SMALLEST_ANGLE:
-                penalties.append(Penalty(constraint, pair, 0.05 * (SMALLEST_ANGLE - angle)))
+                penalties.append(Penalty(constraint, pair, ANGLE_WEIGHT * (SMALLEST_ANGLE - angle)))
     return penalties
-
-
-def crossing_angles(gait: Gait, leg: int) -> tuple[float, float]:
-    """Angle (deg, rates in m/s) between length and force-free length against time, at touch-down and at lift-off."""
-    tape = gait.tape
-    rows = tape.events[: int(tape.counts[1])]
-    lifts = rows[(rows[:, 1] == leg) & (rows[:, 2] == LIFTOFF) & (rows[:, 0] > 0.0)]
-    angles = []
-    for step, end in ((0, 0.0), (int(lifts[0, 3]) - 1, 1.0)):
-        length, free = stretch_rates(tape, step, end, leg)
-        rate = 1.0 / gait.setting.step_duration
-        angles.append(math.degrees(abs(math.atan(length * rate) - math.atan(free * rate))))
-    return angles[0], angles[1]

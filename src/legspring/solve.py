@@ -209,29 +209,31 @@ class Problem:
             ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
         """
         zeros = np.zeros((0, self.size)) if known is None else known
-        found = self._solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
+        found = self.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
         for z in found.z[found.endings == newton.CONVERGED]:
             if not self._is_among(z, zeros):
                 zeros = np.vstack([zeros, z])
         return zeros, Counter(ENDINGS[int(ending)] for ending in found.endings), found.steps
 
-    def _solve(self, starts: Floats, accuracy: float, goal: float) -> Solutions:
-        """Search from each start."""
+    def solve(self, starts: Floats, accuracy: float, goal: float, actuation: Floats | None = None) -> Solutions:
+        """Search from each start, ``(N, size)``, with the problem's actuation or one for each, ``(N, P)``."""
         z = np.array(starts, dtype=float, ndmin=2)
         setting = self.setting
+        magnitudes = np.array(setting.actuation if actuation is None else actuation, ndmin=2)
         endings, residuals, squares, steps = newton.find_zeros(
             self._walker,
             self._start,
             setting.pair,
             setting.step_length,
+            np.ascontiguousarray(np.broadcast_to(magnitudes, (len(z), magnitudes.shape[1]))),
             z,
             setting.error_scale(accuracy),
             goal,
             MOST_ITERATIONS,
         )
-        return Solutions(self._wrapped(z), endings, residuals, squares, steps)
+        return Solutions(self.wrapped(z), endings, residuals, squares, steps)
 
-    def _wrapped(self, z: Floats) -> Floats:
+    def wrapped(self, z: Floats) -> Floats:
         """Return the same unknowns with phases in (-pi, pi]."""
         phases = slice(1, 1 + len(self.setting.animal.pairs))
         z = z.copy()
@@ -240,7 +242,7 @@ class Problem:
 
     def _is_among(self, z: Floats, others: Floats) -> bool:
         """Whether a solution is one of those in the rows of ``others``."""
-        return bool(np.any(np.all(np.abs(self._wrapped(z - others)) < SAME, axis=1)))
+        return bool(np.any(np.all(np.abs(self.wrapped(z - others)) < SAME, axis=1)))
 
     def unknowns(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""
@@ -249,15 +251,15 @@ class Problem:
 
     def gait(self, z: Floats) -> Gait | None:
         """Return the solution near z as a gait, valid or not; None if there is none after all."""
-        rough = self._solve(z, ACCURACY, GOAL).z[0]
+        rough = self.solve(z, ACCURACY, GOAL).z[0]
         gait, _ = self.gait_near(rough)
         if gait is None:
             return None
-        return replace(gait, drift=float(np.max(np.abs(self._wrapped(self.unknowns(gait) - rough)))))
+        return replace(gait, drift=float(np.max(np.abs(self.wrapped(self.unknowns(gait) - rough)))))
 
     def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
         """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
-        found = self._solve(z, TIGHT, GOAL)
+        found = self.solve(z, TIGHT, GOAL)
         fine, squares = found.z[0], float(found.squares[0])
         # The last digits may not be had; what counts is that the conditions are met.
         if not found.residuals[0] < 100.0 * GOAL:

@@ -87,7 +87,7 @@ def _parallel(work: Callable[[T], R], items: Iterable[T], workers: int, tick: Ca
     return results
 
 
-def _neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
+def neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
     row, column = place
     return [(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]
 
@@ -98,7 +98,7 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
     while True:
         tasks = []
         for place, cell in cells.items():
-            around = [cells[n].fresh for n in _neighbours(place) if n in cells]
+            around = [cells[n].fresh for n in neighbours(place) if n in cells]
             starts = np.vstack([np.zeros((0, cell.problem.size)), *around])
             if len(starts):
                 tasks.append((cell, starts))
@@ -109,7 +109,7 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
         steps += sum(_parallel(lambda task: task[0].search(task[1]), tasks, workers, lambda _: None))
 
 
-def _checked_grid(name: str, values: Sequence[float], largest: float) -> tuple[float, ...]:
+def checked_grid(name: str, values: Sequence[float], largest: float) -> tuple[float, ...]:
     grid = tuple(float(value) for value in values)
     rising = all(low < high for low, high in pairwise(grid))
     if not grid or not rising or not all(abs(value) <= largest for value in grid):
@@ -230,9 +230,9 @@ def atlas(
     ValueError
         For a grid that does not rise, or a number out of range.
     """
-    slopes_deg = _checked_grid("slopes_deg", slopes_deg, 90.0)
-    headings = _checked_grid("headings", headings, math.pi / 2)
-    impulses = _checked_grid("impulses", impulses, LARGEST_IMPULSE) if len(impulses) else ()
+    slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
+    headings = checked_grid("headings", headings, math.pi / 2)
+    impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE) if len(impulses) else ()
     if actuation is not None:
         animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
     found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
@@ -248,7 +248,7 @@ def atlas(
         "axis": ("axis", ["lateral", "fore_aft"], {"long_name": "direction of a force"}),
         "impulse": ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"}),
     }
-    dataset = xr.Dataset(_empty(coords), coords=coords, attrs=_provenance(animal, effort))
+    dataset = xr.Dataset(_empty(coords), coords=coords, attrs=provenance(animal, effort))
     for ((row, column), gait), value in zip(gaits, values, strict=True):
         for name, number in value.items():
             dataset[name].values[row, column, gait.branch] = number
@@ -279,7 +279,7 @@ def _empty(coords: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
     return variables
 
 
-def _provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
+def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
     return {
         "title": f"Gaits of {animal.name} over slope and heading",
         "animal": animal.name,

@@ -13,8 +13,10 @@ from legspring.kernel.jit import driver, formula, part
 from legspring.kernel.launch import DX, DY, HEADING, N_START, SPEED, START_YAW, START_YAW_RATE, TURN, launch
 from legspring.kernel.stride import advance, copy
 from legspring.kernel.walker import (
+    ACTUATION,
     OK,
     PHASE,
+    SIDE,
     VX,
     VY,
     YAW,
@@ -117,6 +119,15 @@ def conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobi
             jacobian[1, d - 1] -= y[YAW, d]
             jacobian[4, d - 1] = y[YAW, d] + start[START_YAW, d]
             jacobian[5, d - 1] = y[YAW_RATE, d] + start[START_YAW_RATE, d]
+
+
+@driver
+def gait_conditions(y: Floats, start: Floats, stride: float) -> tuple[Floats, Floats]:
+    """Return the conditions of a gait after one step, and their derivatives in all directions (see `conditions`)."""
+    residual = np.zeros(y.shape[0])
+    jacobian = np.zeros((y.shape[0], y.shape[1] - 1))
+    conditions(y, start, stride, residual, jacobian)
+    return residual, jacobian
 
 
 @part
@@ -260,6 +271,7 @@ def find_zeros(
     start: Floats,
     pair: Ints,
     stride: float,
+    actuation: Floats,
     z: Floats,
     scale: float,
     goal: float,
@@ -271,6 +283,8 @@ def find_zeros(
     ----------
     w, start
         Of `new_problem`.
+    actuation
+        ``(N, P)``: magnitudes for each pair of legs, m.
     z
         ``(N, n)``.
     scale
@@ -300,6 +314,8 @@ def find_zeros(
     endings, steps = np.zeros(rows, np.int64), 0
     residuals, squares = np.zeros(rows), np.zeros(rows)
     for row in range(rows):
+        for i in range(pair.size):
+            w.legs[i, ACTUATION, 0] = w.contacts[i, SIDE] * actuation[row, pair[i]]
         endings[row], taken = find_zero(w, start, pair, stride, z[row], scale, goal, iterations, room)
         residuals[row] = largest(room.best_residual)
         squares[row] = np.sum(room.best_residual**2)

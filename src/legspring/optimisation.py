@@ -1,0 +1,323 @@
+"""The actuation that makes gaits most stable or most efficient (thesis section 3.5).
+
+The default method looks all over the range of actuations for gaits (`scan`), polishes the best of them, constraints as
+constraints (`legspring.optimum.Programme`), and takes the least actuation among those that are as good (`settle`): the
+minimum is often not unique. The thesis's own method, Nelder and Mead's on its penalised objective, is there to compare.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.spatial import cKDTree
+from scipy.stats import qmc
+
+from legspring.gait import Gait
+from legspring.kernel import newton
+from legspring.kernel.walker import Floats
+from legspring.model import Animal
+from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Goal, Objective, Score
+from legspring.optimum import LATEST_OF_ALL, Programme
+from legspring.setting import checked_slope
+from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
+from legspring.trial import GOAL, Map, Trial
+
+Method = Literal["default", "nelder-mead"]
+Candidate = tuple[Floats, Floats]
+"""An actuation in units of nominal lengths, and a gait's unknowns."""
+
+NODES = 256
+"""Actuations at which a search looks for gaits; a power of two."""
+NEIGHBOURS = 4
+"""Actuations to which each solution is continued."""
+STARTS = 2
+"""Starts at each actuation."""
+MOST_AT_NODE = 3
+"""Solutions kept at each actuation."""
+POLISHED = 6
+"""Gaits that are polished."""
+APART = 0.35
+"""Difference of phases between starts of polishing, rad."""
+TIE = 1e-3
+"""Difference of objectives that does not count."""
+MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
+"""What MATLAB's fminsearch stops at by default, for three variables; actuations in m."""
+
+
+class End(NamedTuple):
+    """Where a search ended, and why."""
+
+    score: Score
+    reason: str
+
+    @property
+    def candidate(self) -> Candidate:
+        """Actuation and unknowns, to start from again."""
+        assert self.score.unknowns is not None
+        return self.score.actuation, self.score.unknowns
+
+
+@dataclass(frozen=True)
+class Optimum(Gait):
+    """A gait whose actuation is the best there is.
+
+    Attributes
+    ----------
+    objective, map, method
+        What was minimised, the map whose eigenvalues count for stability, and how.
+    value, penalised
+        The objective without and with the penalties of Table 3.1.
+    ending
+        Why the search stopped.
+    active
+        The constraints that bind.
+    evaluations
+        How often the objective was evaluated.
+    """
+
+    objective: Goal = "stability"
+    map: Map = "complete"
+    method: Method = "default"
+    value: float = np.nan
+    penalised: float = np.nan
+    ending: str = ""
+    active: tuple[str, ...] = ()
+    evaluations: int = 0
+
+
+def optimize(
+    animal: Animal,
+    *,
+    heading: float,
+    slope: float | None = None,
+    slope_deg: float | None = None,
+    family: str | None = None,
+    objective: Goal = "stability",
+    map: Map = "complete",
+    method: Method = "default",
+    seed: int = 0,
+) -> Optimum | None:
+    """Find the actuation of each pair of legs that makes a gait most stable, or most efficient.
+
+    The actuation stays within 0.2 and 0.9 of the legs' nominal lengths, and the gait keeps the constraints of the
+    thesis's Table 3.1, the soft ones at a price. Among actuations that are as good (to 1e-3), the smallest is taken.
+
+    Parameters
+    ----------
+    animal
+        The animal; its yaw must be held.
+    heading
+        rad, within +-pi/2.
+    slope, slope_deg
+        Either of them; rad or degrees.
+    family
+        Which pairs of legs push; by default the best family, and among those as good the cheaper.
+    objective
+        ``"stability"``: the least largest eigenvalue magnitude; ``"efficiency"``: the least transport cost.
+    map
+        Whose eigenvalues: ``"complete"``, the Floquet multipliers, or ``"reduced"``, the thesis's.
+    method
+        ``"default"``, or ``"nelder-mead"``: the thesis's method, started from the best gait of a coarse search.
+    seed
+        Of the actuations at which the search looks for gaits; the result must not depend on it.
+
+    Returns
+    -------
+    Optimum or None
+        A gait that also says what was reached, why the search stopped and which constraints bind; None if no gait
+        was found that is worth more than none (a penalised objective of 2).
+
+    Raises
+    ------
+    ValueError
+        For an angle out of range, an unknown family, objective, map or method, or an animal whose gaits have other
+        unknowns.
+
+    Examples
+    --------
+    >>> import legspring as ls
+    >>> best = ls.optimize(ls.cockroach(), slope_deg=45, heading=0.15, family="B", objective="efficiency")
+    >>> round(best.transport_cost, 4), best.method
+    (0.7071, 'default')
+    """
+    angle = checked_slope(slope, slope_deg)
+    if method not in ("default", "nelder-mead"):
+        raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
+    found = []
+    for label in animal.families if family is None else [family]:
+        goal = Objective(animal, angle, heading, label, objective, map)
+        candidates = scan(goal.trial, seed)
+        if method == "default":
+            ends = explore(goal, spread_out(rank(goal, candidates), POLISHED))
+            found.append(settle(goal, ends, candidates))
+        else:
+            found.append(thesis_search(goal, candidates))
+    return best_of([optimum for optimum in found if optimum is not None])
+
+
+def best_of(optima: Sequence[Optimum]) -> Optimum | None:
+    """Choose among families: the best; among those as good, the cheaper; among those as cheap, the less actuated."""
+    rest = list(optima)
+    for key in (lambda o: o.penalised, lambda o: o.transport_cost):
+        least = min(map(key, rest), default=0.0)
+        rest = [optimum for optimum in rest if key(optimum) <= least + TIE]
+    return min(rest, key=lambda o: float(np.sum(np.square(o.actuation) / np.square(o.animal.actuation))), default=None)
+
+
+def scan(trial: Trial, seed: int = 0, nodes: int = NODES) -> list[Candidate]:
+    """Look for solutions of a gait's conditions at actuations all over their range.
+
+    What is found at one actuation is continued to those around it, until nothing new turns up.
+    """
+    problem, sobol = trial.problem, qmc.Sobol(len(trial.lengths) + STARTS * trial.problem.size, rng=seed)
+    points = sobol.random(nodes)
+    grid = LEAST + (MOST - LEAST) * points[:, : len(trial.lengths)]
+    low = np.array([SPEED_RANGE[0], *np.full(len(trial.lengths), EARLIEST)])
+    high = np.array([SPEED_RANGE[1], *np.full(len(trial.lengths), -EARLIEST)])
+    starts = low + (high - low) * points[:, len(trial.lengths) :].reshape(-1, problem.size)
+    near = cKDTree(grid).query(grid, NEIGHBOURS + 1)[1][:, 1:]
+    found: list[list[Floats]] = [[] for _ in grid]
+    where = np.repeat(np.arange(nodes), STARTS)
+    while len(where):
+        solved = problem.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL, grid[where] * trial.lengths)
+        fresh = []
+        for node, z, ending in zip(where.tolist(), solved.z, solved.endings, strict=True):
+            sensible = ending == newton.CONVERGED and bool(np.all(np.abs(z[1:]) < LATEST_OF_ALL))
+            if sensible and len(found[node]) < MOST_AT_NODE and not is_among(z, found[node]):
+                found[node].append(z)
+                fresh.append((node, z))
+        tasks = [(n, z) for node, z in fresh for n in near[node].tolist() if len(found[n]) < MOST_AT_NODE]
+        where, starts = np.array([n for n, _ in tasks], dtype=int), np.array([z for _, z in tasks])
+    return [(grid[node], z) for node, solutions in enumerate(found) for z in solutions]
+
+
+def is_among(z: Floats, others: Iterable[Floats]) -> bool:
+    """Whether unknowns are, roughly, among others."""
+    return any(float(np.max(np.abs(z - other))) < 1e-4 for other in others)
+
+
+def rank(objective: Objective, candidates: Sequence[Candidate], most: float = np.inf) -> list[Candidate]:
+    """Sort candidates by the objective (but for the gaits beside); leave out those that are no gaits, or too bad."""
+    if not candidates:
+        return []
+    totals = objective.totals(np.array([np.concatenate(candidate) for candidate in candidates]))
+    order = np.argsort(totals, kind="stable")
+    return [candidates[n] for n in order if totals[n] < min(most, 1e3)]
+
+
+def spread_out(candidates: Iterable[Candidate], count: int) -> list[Candidate]:
+    """Choose the first candidates whose phases differ: those that minima are apart by."""
+    chosen: list[Floats] = []
+    out = []
+    for actuation, z in candidates:
+        if all(np.max(np.abs(z[1:] - other)) > APART for other in chosen):
+            chosen.append(z[1:])
+            out.append((actuation, z))
+        if len(out) == count:
+            break
+    return out
+
+
+def polish(objective: Objective, start: Candidate, most: float | None = None) -> End | None:
+    """Minimise the objective, or, given what is good enough, the actuation; None if the search ends at no gait."""
+    programme = Programme(objective)
+    x, reason = programme.minimise(programme.start(*start), most)
+    objective.evaluations += programme.evaluations
+    score = objective(x[programme.u], x[programme.z], x[programme.beside])
+    return End(score, reason) if score.total < NO_GAIT else None
+
+
+def explore(objective: Objective, starts: Iterable[Candidate]) -> list[End]:
+    """Polish one gait after the other, until one is as good as can be; return where that ended, the best first."""
+    ends: list[End] = []
+    for start in starts:
+        end = polish(objective, start)
+        if end is not None:
+            ends.append(end)
+            if is_as_good_as_can_be(objective, end):
+                break
+    ends.sort(key=lambda end: end.score.total)
+    # A search may have stopped at a kink of the objective, which it sees with other eyes when it starts there.
+    while ends and not is_as_good_as_can_be(objective, ends[0]):
+        end = polish(objective, ends[0].candidate)
+        if end is None or end.score.total > ends[0].score.total - 0.3 * TIE:
+            break
+        ends.insert(0, end)
+    return ends
+
+
+def is_as_good_as_can_be(objective: Objective, end: End) -> bool:
+    """Whether nothing could be better by as much as counts."""
+    return end.score.total < objective.floor + 0.6 * TIE
+
+
+def settle(objective: Objective, ends: Sequence[End], candidates: Sequence[Candidate] = ()) -> Optimum | None:
+    """Take the least actuation among those as good as the best, and make it a gait; None if there is nothing."""
+    if not ends:
+        return None
+    best = ends[0]
+    most = best.score.total + TIE
+    good = [end.candidate for end in ends if end.score.total <= most]
+    starts = sorted([*good, *rank(objective, candidates, most)], key=lambda candidate: float(np.sum(candidate[0] ** 2)))
+    for start in [*good[:1], *spread_out(starts, 2)]:
+        end = polish(objective, start, ends[0].score.total + 0.9 * TIE)
+        if end is None or end.score.total > most:
+            continue
+        if np.sum(end.score.actuation**2) < np.sum(best.score.actuation**2):
+            best = End(end.score, ends[0].reason)
+    return finished(objective, best, "default")
+
+
+def thesis_search(objective: Objective, candidates: Sequence[Candidate]) -> Optimum | None:
+    """Search as the thesis does, from the best candidate; for efficiency, by way of the most stable gait."""
+    trial, problem = objective.trial, objective.trial.problem
+    stability = Objective(
+        trial.setting.animal, trial.setting.slope, problem.heading, problem.family, "stability", "reduced"
+    )
+    starts = rank(stability, candidates)
+    if not starts:
+        return None
+    end = nelder_mead(stability, starts[0])
+    if objective.goal == "efficiency" or objective.of != "reduced":
+        end = nelder_mead(objective, end.candidate)
+    return finished(objective, end, "nelder-mead")
+
+
+def nelder_mead(objective: Objective, start: Candidate) -> End:
+    """Minimise the penalised objective by Nelder and Mead's method, with the defaults of MATLAB's fminsearch.
+
+    Every evaluation searches for its gait from that of the best one so far.
+    """
+    lengths, (actuation, near) = objective.trial.lengths, start
+    best = objective(actuation, near)
+
+    def total(magnitudes: Floats) -> float:
+        nonlocal best
+        score = objective(magnitudes / lengths, near if best.unknowns is None else best.unknowns)
+        if score.unknowns is not None and (best.unknowns is None or score.total < best.total):
+            best = score
+        return score.total
+
+    found = minimize(total, actuation * lengths, method="Nelder-Mead", options=MATLAB)
+    return End(best, str(found.message))
+
+
+def finished(objective: Objective, end: End, method: Method) -> Optimum | None:
+    """Make the end of a search a gait, refined and verified; None if it is none, or not worth having."""
+    score = end.score
+    gait = objective.gait(score) if score.total < NO_GAIT else None
+    if gait is None:
+        return None
+    return Optimum(
+        **{field.name: getattr(gait, field.name) for field in fields(Gait)},
+        objective=objective.goal,
+        map=objective.of,
+        method=method,
+        value=score.value,
+        penalised=score.total,
+        ending=end.reason.rstrip(".").lower(),
+        active=objective.active(score),
+        evaluations=objective.evaluations,
+    )

@@ -1,0 +1,291 @@
+"""The best actuation of one family at one slope and heading, as a nonlinear programme.
+
+All at once: actuation u and unknowns z of the gait are varied together, with the conditions of a gait as equations, so
+that the search passes folds, where two gaits meet, without noticing. The fixed point at a slightly larger heading, which
+must exist, has unknowns and equations of its own. What is to be small is a bound t of the eigenvalues (or cost) plus
+what the soft constraints of Table 3.1 are violated by, each a variable >= 0; with that, all functions are smooth where
+the maximum of moduli of eigenvalues is not.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import minimize
+
+from legspring.kernel.walker import Floats
+from legspring.objective import (
+    ANGLE_WEIGHT,
+    EARLIEST,
+    LATEST,
+    LEAST,
+    MOST,
+    PHASE_UNIT,
+    SMALLEST_ANGLE,
+    Objective,
+    heading_beside,
+)
+
+DIFFERENCE = 1e-6
+"""Step of the differences of exact Jacobians."""
+ITERATIONS = 60
+PRECISION = 1e-7
+SLOWEST, FASTEST = 0.5, 2.0
+"""Initial speed, in units of the desired one."""
+LATEST_OF_ALL = 2.5
+"""Largest phase to be looked at, rad."""
+WORST = 3.0
+"""Largest objective, and part of it, to be looked at."""
+SMALLEST = 5e-4
+"""Bound of eigenvalues below which there is no point in going."""
+CLEARANCE = 1.002
+NEGLIGIBLE = 1e-8
+NOWHERE = 1e3
+"""Violation of all constraints where there is nothing to evaluate."""
+
+
+def characteristic(matrices: Floats) -> Floats:
+    """Return the coefficients c of the characteristic polynomials z^n + c1 z^(n-1) + ... of matrices ``(N, n, n)``."""
+    n = matrices.shape[-1]
+    power, out = np.broadcast_to(np.eye(n), matrices.shape), np.zeros(matrices.shape[:-1])
+    for k in range(n):
+        power = matrices @ power
+        out[:, k] = -np.trace(power, axis1=1, axis2=2) / (k + 1)
+        power = power + out[:, k, None, None] * np.eye(n)
+    return out
+
+
+def inside(c: Floats, t: float) -> tuple[Floats, Floats, Floats]:
+    """Conditions for the zeros of a polynomial of degree 2 or 4 to lie within a circle of radius t.
+
+    On leaving the circle, a zero passes through t, through -t, or a pair of them has a product of t^2 (Jury's critical
+    conditions): p(t) >= 0, p(-t) >= 0 and the product of all 1 - z_i z_j / t^2 >= 0, where the last is a polynomial of
+    the coefficients. All three are multiplied by t, so that their slopes stay of one size where t is small.
+
+    Returns
+    -------
+    values, by_c, by_t
+        ``(3,)``, ``(3, n)``, ``(3,)``: what must not be negative, and its derivatives.
+    """
+    n = len(c)
+    orders = np.arange(1.0, n + 1.0)
+    signs = (-1.0) ** orders
+    a = c / t**orders  # the coefficients of the zeros in units of t
+    by_a = np.ones((3, n))
+    by_a[1] = signs
+    values = np.array([1.0 + np.sum(a), 1.0 + signs @ a, 0.0])
+    if n == 2:
+        values[2], by_a[2] = 1.0 - a[1], [0.0, -1.0]
+    else:
+        e1, e2, e3, e4 = a * signs
+        values[2] = (
+            1 - e2 + e1 * e3 - e4 + 2 * e2 * e4 - e3**2 - e1**2 * e4 + e1 * e3 * e4 - e4**2 - e2 * e4**2 + e4**3
+        )
+        by_a[2] = signs * [
+            e3 - 2 * e1 * e4 + e3 * e4,
+            -1 + 2 * e4 - e4**2,
+            e1 - 2 * e3 + e1 * e4,
+            -1 + 2 * e2 - e1**2 + e1 * e3 - 2 * e4 - 2 * e2 * e4 + 3 * e4**2,
+        ]
+    return t * values, t * by_a / t**orders, values - by_a @ (orders * a)
+
+
+@dataclass
+class Point:
+    """The functions of the programme at one point, and, once somebody asks, their derivatives by actuation and z.
+
+    Derivatives are differences of the functions, which are made of exact Jacobians themselves; a step of the search
+    stays on the gaits but for Newton's correction, so that slopes in other directions do not matter.
+    """
+
+    programme: "Programme"
+    x: Floats
+    here: tuple[Floats, Floats]
+    beside: tuple[Floats, Floats]
+    angles: Floats
+    measure: Floats
+
+    @cached_property
+    def slopes(self) -> tuple[Floats, Floats]:
+        """Derivatives of angles and measure."""
+        along = steps_taken(*self.here)
+        angles, measure = self.programme.measure(self.x + DIFFERENCE * along.T)
+        # Next to where there is nothing to evaluate, any slope will do.
+        slopes = (np.nan_to_num((b - a) / DIFFERENCE) for a, b in ((self.angles, angles), (self.measure, measure)))
+        by_angles, by_measure = (rows.T @ along.T for rows in slopes)
+        return by_angles, by_measure
+
+
+class Programme:
+    """The nonlinear programme of one objective.
+
+    Variables: actuation u (units of nominal lengths), unknowns z of the gait, unknowns of the one beside, what is to be
+    small (eigenvalue or cost), and an amount for each soft constraint of Table 3.1, in the units of the objective.
+
+    Parameters
+    ----------
+    objective
+        What is to be small.
+    """
+
+    def __init__(self, objective: Objective) -> None:
+        self.objective = objective
+        heading = objective.trial.heading
+        # A little beyond what is asked for, so that a fold is kept clear of.
+        self.further = objective.trial.beside(heading + CLEARANCE * (heading_beside(heading) - heading))
+        p = self.pairs = len(objective.trial.lengths)
+        m = 1 + p
+        self.u, self.z, self.beside = slice(0, p), slice(p, p + m), slice(p + m, p + 2 * m)
+        self.t, self.slack, self.size = p + 2 * m, slice(p + 2 * m + 1, 4 * p + 2 * m + 1), 4 * p + 2 * m + 1
+        low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
+        low[self.u], high[self.u] = LEAST, MOST
+        low[[self.z.start, self.beside.start]] = SLOWEST
+        low[self.z.start + 1 : self.z.stop] = EARLIEST
+        high[[self.z.start, self.beside.start]] = FASTEST
+        high[self.z.start + 1 : self.z.stop] = LATEST_OF_ALL
+        high[self.t :] = WORST
+        low[self.t], low[self.slack] = SMALLEST, 0.0
+        self.bounds = np.column_stack([low, high])
+        self._at: Floats | None = None
+        self._point: Point | None = None
+        self.evaluations = 0
+
+    def measure(self, points: Floats) -> tuple[Floats, Floats]:
+        """Angles (deg), and costs or characteristic polynomials of the map, at ``(N, P + n)``; nan where undefined."""
+        seen = self.objective.trial.look(points, "cost" if self.objective.goal == "efficiency" else self.objective.of)
+        angles = seen.angles.reshape(len(points), -1)
+        if self.objective.goal == "efficiency":
+            return angles, seen.cost[:, None]
+        return angles, characteristic(seen.jacobians)
+
+    def point(self, x: Floats) -> Point | None:
+        """All functions at a point; None where they cannot be had."""
+        if self._at is None or not np.array_equal(x, self._at):
+            self._at, self._point = x.copy(), self._evaluate(x)
+            self.evaluations += 1
+        return self._point
+
+    def _evaluate(self, x: Floats) -> Point | None:
+        u, z = x[self.u], x[self.z]
+        here = self.objective.trial.conditions(u, z)
+        beside = self.further.conditions(u, x[self.beside])
+        angles, measure = self.measure(x[None, : self.z.stop])
+        if here is None or beside is None or np.any(np.isnan(measure)):
+            return None
+        return Point(self, x[: self.z.stop].copy(), here, beside, np.nan_to_num(angles[0], nan=-90.0), measure[0])
+
+    def equations(self, x: Floats) -> Floats:
+        """What must be zero: conditions of the gait, and of the one beside."""
+        point = self.point(x)
+        rows = 2 * (1 + self.pairs)
+        return np.full(rows, NOWHERE) if point is None else np.concatenate([point.here[0], point.beside[0]])
+
+    def equations_by(self, x: Floats) -> Floats:
+        """Derivatives of the equations."""
+        point, p = self.point(x), self.pairs
+        by = np.zeros((2 * (1 + p), self.size))
+        if point is not None:
+            by[: 1 + p, : self.z.stop] = point.here[1]
+            by[1 + p :, self.u], by[1 + p :, self.beside] = point.beside[1][:, :p], point.beside[1][:, p:]
+        return by
+
+    def margins(self, x: Floats) -> Floats:
+        """What must not be negative: room in the soft constraints, and in the bound of what is to be small."""
+        point = self.point(x)
+        if point is None:
+            return np.full(3 * self.pairs + (1 if self.objective.goal == "efficiency" else 3), -NOWHERE)
+        room = x[self.slack] - soft_violations(x[self.z], point.angles)
+        t = x[self.t]
+        bound = t - point.measure if self.objective.goal == "efficiency" else inside(point.measure, self.radius(t)[0])[0]
+        return np.concatenate([room, bound])
+
+    def margins_by(self, x: Floats) -> Floats:
+        """Derivatives of the margins."""
+        point, p, n, t = self.point(x), self.pairs, self.z.stop, x[self.t]
+        efficiency = self.objective.goal == "efficiency"
+        by = np.zeros((3 * p + (1 if efficiency else 3), self.size))
+        if point is None:
+            return by
+        angles_by, measure_by = point.slopes
+        by[: 3 * p, self.slack] = np.eye(3 * p)
+        by[:p, self.z.start + 1 : n] = -0.5 / PHASE_UNIT * np.eye(p)
+        by[p : 3 * p, :n] = ANGLE_WEIGHT * angles_by
+        if efficiency:
+            by[-1, self.t], by[-1, :n] = 1.0, -measure_by[0]
+        else:
+            radius, rate = self.radius(t)
+            _, by_c, by_t = inside(point.measure, radius)
+            by[3 * p :, self.t], by[3 * p :, :n] = by_t * rate, by_c @ measure_by
+        return by
+
+    def radius(self, t: float) -> tuple[float, float]:
+        """Bound of the eigenvalues whose bound on a stride is t, and its derivative: the complete map is of a step."""
+        return (t, 1.0) if self.objective.of == "reduced" else (math.sqrt(t), 0.5 / math.sqrt(t))
+
+    def start(self, actuation: Floats, z: Floats, beside: Floats | None = None) -> Floats:
+        """Return variables to start from: a gait or what is near one, and, if known, the one beside."""
+        x = np.zeros(self.size)
+        x[self.u], x[self.z], x[self.beside] = actuation, z, z if beside is None else beside
+        point = self._evaluate(x)
+        if point is None:
+            x[self.t :] = 1.0
+        else:
+            x[self.slack] = soft_violations(z, point.angles)
+            x[self.t] = point.measure[0] if self.objective.goal == "efficiency" else self.bound(point.measure)
+        return np.clip(x, self.bounds[:, 0], self.bounds[:, 1])
+
+    def bound(self, c: Floats) -> float:
+        """Largest magnitude of the eigenvalues of a stride, from the characteristic polynomial."""
+        radius = float(np.max(np.abs(np.roots([1.0, *c]))))
+        return radius if self.objective.of == "reduced" else radius**2
+
+    def minimise(self, x: Floats, most: float | None = None) -> tuple[Floats, str]:
+        """Minimise what is to be small, or, where it need only be at most so much, the actuation.
+
+        Returns
+        -------
+        x, message
+            Where the search ended, and why.
+        """
+        total = np.zeros(self.size)
+        total[self.t :] = 1.0
+        constraints = [
+            {"type": "eq", "fun": self.equations, "jac": self.equations_by},
+            {"type": "ineq", "fun": self.margins, "jac": self.margins_by},
+        ]
+        if most is not None:
+            constraints.append({"type": "ineq", "fun": lambda x: most - total @ x, "jac": lambda x: -total})
+
+        def objective(x: Floats) -> tuple[float, Floats]:
+            if most is None:
+                return float(total @ x), total
+            gradient = np.zeros(self.size)
+            gradient[self.u] = 2.0 * x[self.u]
+            return float(np.sum(x[self.u] ** 2)), gradient
+
+        found = minimize(
+            objective,
+            x,
+            jac=True,
+            method="SLSQP",
+            bounds=self.bounds,
+            constraints=constraints,
+            options={"maxiter": ITERATIONS, "ftol": PRECISION},
+        )
+        return found.x, found.message
+
+
+def steps_taken(residual: Floats, jacobian: Floats) -> Floats:
+    """Orthonormal directions of all x with J x = -c r, for any c: the null space of J, and Newton's correction."""
+    rows = len(residual)
+    left, sizes, right = np.linalg.svd(jacobian)
+    correction = -right[:rows].T @ ((left.T @ residual) / sizes)
+    length = np.linalg.norm(correction)
+    along = right[rows:].T
+    return along if not length > NEGLIGIBLE else np.column_stack([along, correction / length])
+
+
+def soft_violations(z: Floats, angles: Floats) -> Floats:
+    """Return how much each soft constraint adds to the objective (negative: it is kept): phases, then angles."""
+    return np.concatenate([0.5 * (z[1:] - LATEST) / PHASE_UNIT, ANGLE_WEIGHT * (SMALLEST_ANGLE - angles)])
