@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from legspring.model import cockroach as cockroach
     from legspring.model import load_animal as load_animal
     from legspring.model import presets as presets
+    from legspring.optima import optimal_atlas as optimal_atlas
+    from legspring.optimisation import optimize as optimize
     from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
@@ -29,6 +31,8 @@ _HOMES = {
     "cockroach": "model",
     "find_gaits": "solve",
     "load_animal": "model",
+    "optimal_atlas": "optima",
+    "optimize": "optimisation",
     "presets": "model",
     "search_gaits": "solve",
     "simulate": "simulation",

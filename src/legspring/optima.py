@@ -1,18 +1,22 @@
 """Gaits with the best actuation over a grid of slopes and headings, as an xarray.Dataset."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 import xarray as xr
 from joblib import Memory, Parallel, delayed
 
+import legspring
 from legspring.kernel.jit import FINGERPRINT
 from legspring.model import Animal
-from legspring.objective import Goal, Objective
+from legspring.objective import NO_GAIT, Goal, Objective
 from legspring.optimisation import (
+    APART,
     TIE,
     Candidate,
     End,
@@ -36,11 +40,12 @@ from legspring.sweep import (
     SLOPES_DEG,
     checked_grid,
     checked_workers,
+    coordinates,
     measured,
     neighbours,
     provenance,
 )
-from legspring.trial import GOAL, Map
+from legspring.trial import GOAL, Map, pair_lengths
 
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
@@ -51,7 +56,21 @@ KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
 ROUNDS = 8
 """Most rounds of passing optima on to neighbours."""
-Place = tuple[int, int]
+ALIKE = 0.1
+"""Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
+CHUNK = 20
+"""Tasks that a process takes at a time."""
+OWN_NAMES = {
+    "value": ("1", "what is minimised, without penalties"),
+    "penalised": ("1", "what is minimised, with the penalties of Table 3.1"),
+    "evaluations": ("1", "evaluations of the objective"),
+    "ending": ("", "why the search stopped"),
+    "active": ("", "constraints that bind"),
+}
+WORDS = ("ending", "active")
+Spot = tuple[int, int, str]
+"""Row (slope) and column (heading) of a cell, and a family."""
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -86,17 +105,30 @@ def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
         return list(ends)
     solved = objective.trial.solve(np.array([u for u, _ in starts]), np.array([z for _, z in starts]))
     near = [(u, z) for (u, _), z, r in zip(starts, solved.z, solved.residuals, strict=True) if r <= GOAL]
-    known = [end.candidate for end in ends]
     # Where the neighbour's actuation leads to no gait, its gait may still be near one with another actuation.
-    news = spread_out([*known, *(rank(objective, near) or ([] if known else starts))], len(known) + len(starts))
-    news = [start for start in news if not any(start is old for old in known)]
+    known = [end.candidate for end in ends]
+    news: list[Candidate] = []
+    for start in rank(objective, near) or ([] if known else starts):
+        if not any(are_alike(start, other) for other in [*known, *news]):
+            news.append(start)
     return sorted([*ends, *explore(objective, news)], key=lambda end: end.score.total)[:KEPT]
 
 
-def settled(case: Case, goal: Goal, ends: Sequence[End], starts: Sequence[Candidate]) -> Optimum | None:
-    """Take the least actuation among those as good as the best; starts are what neighbours have taken."""
-    objective = case.objective(goal)
-    return settle(objective, ends, starts)
+def are_alike(one: Candidate, other: Candidate) -> bool:
+    """Whether searches from two candidates will probably end at the same place."""
+    return bool(np.max(np.abs(one[0] - other[0])) < ALIKE and np.max(np.abs(one[1][1:] - other[1][1:])) < APART)
+
+
+def settled(case: Case, goal: Goal, ends: Sequence[End]) -> dict[str, Any] | None:
+    """Take the least actuation among those as good as the best, and measure that gait."""
+    optimum = settle(case.objective(goal), ends)
+    return None if optimum is None else described(optimum)
+
+
+def described(optimum: Optimum) -> dict[str, Any]:
+    """Return all that a dataset says about an optimum."""
+    own = {name: getattr(optimum, name) for name in ("value", "penalised", "evaluations", "ending")}
+    return measured(optimum, ()) | own | {"active": "; ".join(optimum.active)}
 
 
 def best_total(ends: Sequence[End]) -> float:
@@ -104,24 +136,231 @@ def best_total(ends: Sequence[End]) -> float:
     return min((end.score.total for end in ends), default=math.inf)
 
 
-def pass_on(
-    cases: dict[tuple[Place, str], Case], ends: dict[tuple[Place, str, Goal], list[End]], run: Callable[..., Any]
-) -> None:
+def pass_on(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], pool: "Pool") -> None:
     """Start searches from the best of neighbouring cells, until nothing gets better."""
     fresh = {key for key, found in ends.items() if found}
     for _ in range(ROUNDS):
-        tasks = []
-        for (place, family), case in cases.items():
+        tasks, keys = [], []
+        for (row, column, family), case in cases.items():
             for goal in GOALS:
-                key = (place, family, goal)
-                around = [(n, family, goal) for n in neighbours(place)]
-                starts = [ends[near][0].candidate for near in around if near in fresh]
+                around = [((*near, family), goal) for near in neighbours((row, column))]
+                starts = [end.candidate for near in around if near in fresh for end in ends[near]]
                 if starts:
-                    tasks.append((key, (case, goal, starts, ends[key])))
+                    keys.append(((row, column, family), goal))
+                    tasks.append((case, goal, starts, ends[keys[-1]]))
         fresh = set()
-        for (key, _), found in zip(tasks, run(improved, [task for _, task in tasks]), strict=True):
+        for key, found in zip(keys, pool.run(improved, tasks), strict=True):
             if found and best_total(found) < best_total(ends[key]) - 0.3 * TIE:
                 fresh.add(key)
             ends[key] = found
         if not fresh:
+            return
+
+
+def default_search(cases: dict[Spot, Case], seed: int, pool: "Pool") -> dict[tuple[Spot, Goal], dict[str, Any]]:
+    """Find the best of each case by the default method."""
+    found = pool.run(explored, [(case, seed) for case in cases.values()], "searching for the best actuations")
+    ends = {(spot, goal): here[goal] for spot, here in zip(cases, found, strict=True) for goal in GOALS}
+    pass_on(cases, ends, pool)
+    keys = [key for key, here in ends.items() if here]
+    best = pool.run(
+        settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "taking the least actuation"
+    )
+    return {key: values for key, values in zip(keys, best, strict=True) if values is not None}
+
+
+def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]]:
+    """Find optima along rising slopes as the thesis does: each from its neighbour's, the first from a coarse search.
+
+    The chain starts in the middle, and ends where a search finds no gait.
+    """
+    out: list[dict[Goal, dict[str, Any]]] = [{} for _ in cases]
+    middle = len(cases) // 2
+    for first in sorted(range(len(cases)), key=lambda n: abs(n - middle)):
+        objective = cases[first].objective("stability")
+        start = rank(objective, scan(objective.trial, seed, NODES), NO_GAIT)[:1]
+        if start:
             break
+    else:
+        return out
+    for way in (range(first, len(cases)), range(first - 1, -1, -1)):
+        candidate = start[0]
+        for n in way:
+            end = nelder_mead(cases[n].objective("stability"), candidate)
+            if end.score.total >= NO_GAIT:
+                break
+            candidate = end.candidate
+            start = start if n != first else [candidate]
+            for goal in GOALS:
+                objective = cases[n].objective(goal)
+                last = end if goal == "stability" else nelder_mead(objective, candidate)
+                optimum = finished(objective, last, "nelder-mead")
+                if optimum is not None:
+                    out[n][goal] = described(optimum)
+    return out
+
+
+def thesis_search(cases: dict[Spot, Case], seed: int, pool: "Pool") -> dict[tuple[Spot, Goal], dict[str, Any]]:
+    """Find the best of each case by the thesis's method."""
+    chains: dict[tuple[int, str], list[Spot]] = {}
+    for row, column, family in cases:
+        chains.setdefault((column, family), []).append((row, column, family))
+    tasks = [([cases[spot] for spot in chain], seed) for chain in chains.values()]
+    found = pool.run(chained, tasks, "searching as the thesis does", chunk=1)
+    return {
+        (spot, goal): values
+        for chain, here in zip(chains.values(), found, strict=True)
+        for spot, goals in zip(chain, here, strict=True)
+        for goal, values in goals.items()
+    }
+
+
+def in_chunk(function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], stamp: str) -> list[Any]:
+    """Work on some tasks; the stamp tells results of this version from those of another."""
+    return [function(*task) for task in tasks]
+
+
+class Pool:
+    """Processes that share work, and remember on disk what they have done.
+
+    Parameters
+    ----------
+    workers
+        How many.
+    cache
+        Directory that keeps results, so that a search which was stopped goes on where it was; None to keep nothing.
+    progress
+        Whether to show progress.
+    """
+
+    def __init__(self, workers: int, cache: Path | None, progress: bool) -> None:
+        self.workers, self.progress = workers, progress
+        self._call = in_chunk if cache is None else Memory(cache, verbose=0).cache(in_chunk)
+
+    def run(
+        self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], words: str = "", chunk: int = CHUNK
+    ) -> list[T]:
+        """Call a function with each of some tuples of arguments."""
+        chunks = [tasks[n : n + chunk] for n in range(0, len(tasks), chunk)]
+        stamp = f"{legspring.__version__} {FINGERPRINT}"
+        out: list[T] = []
+        with progress_bar(words, len(tasks), show=self.progress and bool(words)) as tick:
+            work = (delayed(self._call)(function, some, stamp) for some in chunks)
+            for results in Parallel(n_jobs=self.workers, return_as="generator")(work):
+                out += results
+                tick(len(results))
+        return out
+
+
+def optimal_atlas(
+    animal: Animal,
+    *,
+    slopes_deg: Sequence[float] = SLOPES_DEG,
+    headings: Sequence[float] = HEADINGS,
+    map: Map = "complete",
+    method: Method = "default",
+    seed: int = 0,
+    workers: int | None = None,
+    cache: str | os.PathLike[str] | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Map the gaits with the best actuation over slope and heading, for each family and for both objectives.
+
+    Parameters
+    ----------
+    animal
+        The animal; its yaw must be held.
+    slopes_deg, headings
+        The grid, rising: degrees, rad; by default the thesis's.
+    map, method
+        See `legspring.optimize`. Both methods pass optima on between cells: the default one as further starts, the
+        thesis's as the only ones.
+    seed
+        Of the actuations at which the search looks for gaits.
+    workers
+        Processes; by default one a core.
+    cache
+        Directory that keeps what was computed, so that a search which was stopped goes on where it was.
+    progress
+        Whether to show progress bars.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over objective, slope_deg, heading, family, leg and axis; missing where there is no gait.
+
+    Raises
+    ------
+    ValueError
+        For a grid that does not rise, a number out of range, or an unknown map or method.
+    """
+    slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
+    headings = checked_grid("headings", headings, math.pi / 2)
+    if method not in get_args(Method):
+        raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
+    cases = {
+        (row, column, family): Case(animal, slope, heading, family, map)
+        for row, slope in enumerate(slopes_deg)
+        for column, heading in enumerate(headings)
+        for family in animal.families
+    }
+    next(iter(cases.values())).objective("stability")  # says what is wrong before any work is done
+    pool = Pool(checked_workers(workers), None if cache is None else Path(cache), progress)
+    found = (default_search if method == "default" else thesis_search)(cases, seed, pool)
+    dataset = _empty(animal, slopes_deg, headings)
+    dataset.attrs = provenance(animal, {}) | {
+        "title": f"Gaits of {animal.name} with the best actuation over slope and heading",
+        "map": map,
+        "method": method,
+        "seed": seed,
+    }
+    families = list(animal.families)
+    for ((row, column, family), goal), values in found.items():
+        for name in dataset.data_vars:
+            dataset[name].values[GOALS.index(goal), row, column, families.index(family)] = values[str(name)]
+    return dataset
+
+
+def _empty(animal: Animal, slopes_deg: Sequence[float], headings: Sequence[float]) -> xr.Dataset:
+    """Return the dataset with everything missing."""
+    coords = coordinates(animal, slopes_deg, headings)
+    coords["objective"] = ("objective", list(GOALS), {"long_name": "what is minimised"})
+    coords["family"] = ("family", list(animal.families), {"long_name": "pairs of legs that push"})
+    skipped = ("family", "recovery_steps", "recovered")
+    names = {name: words for name, words in LONG_NAMES.items() if name not in skipped} | OWN_NAMES
+    variables = {}
+    for name, (units, long_name) in names.items():
+        dims = ("objective", "slope_deg", "heading", "family", *DIMENSIONS.get(name, ()))
+        shape = [len(coords[dim][1]) for dim in dims]
+        values = np.full(shape, "", dtype=object) if name in WORDS else np.full(shape, np.nan)
+        variables[name] = (dims, values, {"long_name": long_name} | ({"units": units} if units else {}))
+    used = {dim for dims, _, _ in variables.values() for dim in dims}
+    return xr.Dataset(variables, coords={dim: coords[dim] for dim in coords if dim in used})
+
+
+def select(optima: xr.Dataset) -> xr.Dataset:
+    """Choose the best family in each cell: the best objective; among those as good, the cheaper, the less actuated.
+
+    Parameters
+    ----------
+    optima
+        Of `optimal_atlas`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same without the dimension family, which becomes a variable, empty where there is no gait.
+    """
+    lengths = pair_lengths(Animal.model_validate_json(str(optima.attrs["parameters"])))
+    rest = np.isfinite(optima["penalised"].values)
+    effort = np.sum((optima["actuation"].values / lengths) ** 2, axis=-1)
+    for values, tie in ((optima["penalised"].values, TIE), (optima["transport_cost"].values, TIE), (effort, 0.0)):
+        least = np.min(np.where(rest, values, np.inf), axis=-1, keepdims=True)
+        rest &= values <= least + tie
+    axis = optima["penalised"].dims.index("family")
+    index = xr.DataArray(np.argmax(rest, axis=axis), dims=[dim for dim in optima["penalised"].dims if dim != "family"])
+    chosen = optima.isel(family=index)
+    there = xr.DataArray(rest.any(axis=axis), dims=index.dims)
+    labels = np.where(there, chosen["family"].values, "").astype(object)
+    attributes = {"long_name": "family that was selected"}
+    return chosen.drop_vars("family").assign(family=(index.dims, labels, attributes))

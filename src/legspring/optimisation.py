@@ -32,7 +32,7 @@ NODES = 256
 """Actuations at which a search looks for gaits; a power of two."""
 NEIGHBOURS = 4
 """Actuations to which each solution is continued."""
-STARTS = 2
+STARTS = 1
 """Starts at each actuation."""
 MOST_AT_NODE = 3
 """Solutions kept at each actuation."""

@@ -29,8 +29,8 @@ from legspring.objective import (
 
 DIFFERENCE = 1e-6
 """Step of the differences of exact Jacobians."""
-ITERATIONS = 60
-PRECISION = 1e-7
+ITERATIONS = 30
+PRECISION = 1e-6
 SLOWEST, FASTEST = 0.5, 2.0
 """Initial speed, in units of the desired one."""
 LATEST_OF_ALL = 2.5
@@ -79,9 +79,7 @@ def inside(c: Floats, t: float) -> tuple[Floats, Floats, Floats]:
         values[2], by_a[2] = 1.0 - a[1], [0.0, -1.0]
     else:
         e1, e2, e3, e4 = a * signs
-        values[2] = (
-            1 - e2 + e1 * e3 - e4 + 2 * e2 * e4 - e3**2 - e1**2 * e4 + e1 * e3 * e4 - e4**2 - e2 * e4**2 + e4**3
-        )
+        values[2] = 1 - e2 + e1 * e3 - e4 + 2 * e2 * e4 - e3**2 - e1**2 * e4 + e1 * e3 * e4 - e4**2 - e2 * e4**2 + e4**3
         by_a[2] = signs * [
             e3 - 2 * e1 * e4 + e3 * e4,
             -1 + 2 * e4 - e4**2,
@@ -197,7 +195,9 @@ class Programme:
             return np.full(3 * self.pairs + (1 if self.objective.goal == "efficiency" else 3), -NOWHERE)
         room = x[self.slack] - soft_violations(x[self.z], point.angles)
         t = x[self.t]
-        bound = t - point.measure if self.objective.goal == "efficiency" else inside(point.measure, self.radius(t)[0])[0]
+        bound = (
+            t - point.measure if self.objective.goal == "efficiency" else inside(point.measure, self.radius(t)[0])[0]
+        )
         return np.concatenate([room, bound])
 
     def margins_by(self, x: Floats) -> Floats:

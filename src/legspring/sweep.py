@@ -143,7 +143,7 @@ def find_all(
     """
     workers = checked_workers(workers)
     places = [(row, column) for row in range(len(slopes_deg)) for column in range(len(headings))]
-    effort = {"starts": 0, "steps": 0, "rejected": 0}
+    effort = {"starts": 0, "steps": 0, "solutions rejected": 0}
     found: dict[tuple[int, int], list[Gait]] = {place: [] for place in places}
     total = 2 * len(places) * len(animal.families)
     with progress_bar("searching for gaits", total, show=progress) as tick:
@@ -163,7 +163,7 @@ def find_all(
                 strict=True,
             ):
                 found[cell.place] += gaits
-                effort["rejected"] += len(rejections)
+                effort["solutions rejected"] += len(rejections)
     return {place: number_branches(gaits) for place, gaits in found.items()}, effort
 
 
@@ -240,19 +240,24 @@ def atlas(
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
         values = _parallel(lambda item: measured(item[1], impulses), gaits, checked_workers(workers), tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
-    coords = {
-        "slope_deg": ("slope_deg", list(slopes_deg), {"units": "degrees", "long_name": "slope"}),
-        "heading": ("heading", list(headings), {"units": "rad", "long_name": "initial heading"}),
-        "branch": ("branch", np.arange(branches), {"long_name": "branch, by the phase of the hindmost legs"}),
-        "leg": ("leg", list(animal.pairs), {"long_name": "pair of legs"}),
-        "axis": ("axis", ["lateral", "fore_aft"], {"long_name": "direction of a force"}),
-        "impulse": ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"}),
-    }
+    coords = coordinates(animal, slopes_deg, headings)
+    coords["branch"] = ("branch", np.arange(branches), {"long_name": "branch, by the phase of the hindmost legs"})
+    coords["impulse"] = ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"})
     dataset = xr.Dataset(_empty(coords), coords=coords, attrs=provenance(animal, effort))
     for ((row, column), gait), value in zip(gaits, values, strict=True):
         for name, number in value.items():
             dataset[name].values[row, column, gait.branch] = number
     return dataset
+
+
+def coordinates(animal: Animal, slopes_deg: Sequence[float], headings: Sequence[float]) -> dict[str, tuple[Any, ...]]:
+    """Return the coordinates that all maps have."""
+    return {
+        "slope_deg": ("slope_deg", list(slopes_deg), {"units": "degrees", "long_name": "slope"}),
+        "heading": ("heading", list(headings), {"units": "rad", "long_name": "initial heading"}),
+        "leg": ("leg", list(animal.pairs), {"long_name": "pair of legs"}),
+        "axis": ("axis", ["lateral", "fore_aft"], {"long_name": "direction of a force"}),
+    }
 
 
 DIMENSIONS = {
@@ -287,5 +292,5 @@ def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
         "source": f"legspring {legspring.__version__}",
         "references": CITATION,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
-        "search": f"{effort['starts']} starts, {effort['steps']} steps, {effort['rejected']} solutions rejected",
+        "search": ", ".join(f"{count} {what}" for what, count in effort.items()),
     }
