@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from legspring.model import presets as presets
     from legspring.optima import optimal_atlas as optimal_atlas
     from legspring.optimisation import optimize as optimize
+    from legspring.optimisation import trade_off as trade_off
     from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
@@ -36,6 +37,7 @@ _HOMES = {
     "presets": "model",
     "search_gaits": "solve",
     "simulate": "simulation",
+    "trade_off": "optimisation",
 }
 
 __all__ = [*_HOMES, "__version__"]

@@ -168,7 +168,7 @@ class Objective:
         return Score(ratio, z, None, value, penalties)
 
     def totals(self, candidates: Floats) -> Floats:
-        """Evaluate the objective of candidates, ``(N, P + n)``, but for the gaits beside; infinite where it is no gait."""
+        """Evaluate the objective of candidates, ``(N, P + n)``, but for the gaits beside; infinite if it is none."""
         trial, p = self.trial, len(self.trial.lengths)
         seen = trial.look(candidates, "cost" if self.goal == "efficiency" else self.of)
         value = np.full(len(candidates), np.inf)
@@ -219,6 +219,17 @@ class Objective:
         heading = self.trial.heading
         further = self.trial.beside(heading + 1.02 * (heading_beside(heading) - heading))
         return bool(further.solve(score.actuation, score.beside).residuals[0] > GOAL)
+
+    def eigenvalue(self, score: Score) -> float:
+        """Largest eigenvalue magnitude of a stride at a score's gait, whatever the goal; infinite if there is none."""
+        if score.unknowns is None:
+            return math.inf
+        seen = self.trial.look(np.concatenate([score.actuation, score.unknowns]), self.of)
+        return largest_magnitude(seen.jacobians[0]) ** (1 if self.of == "reduced" else 2)
+
+    def candidate(self, gait: Gait) -> tuple[Floats, Floats]:
+        """Return a gait's actuation, in units of nominal lengths, and its unknowns."""
+        return np.array(gait.actuation) / self.trial.lengths, self.trial.problem.unknowns(gait)
 
     def gait(self, score: Score) -> Gait | None:
         """Return the gait that a score is about, refined and verified; None if it proves to be none."""

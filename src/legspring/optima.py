@@ -26,7 +26,6 @@ from legspring.optimisation import (
     finished,
     is_as_good_as_can_be,
     nelder_mead,
-    polish,
     rank,
     scan,
     settle,
@@ -99,17 +98,17 @@ def explored(case: Case, seed: int) -> dict[Goal, list[End]]:
 
 
 def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence[End]) -> list[End]:
-    """Search a case from what is best in its neighbours, where that is something else; return the ends, the best first."""
+    """Search a case from what is best in its neighbours, if that is something else; return the ends, the best first."""
     objective = case.objective(goal)
     if ends and is_as_good_as_can_be(objective, ends[0]):
         return list(ends)
     solved = objective.trial.solve(np.array([u for u, _ in starts]), np.array([z for _, z in starts]))
     near = [(u, z) for (u, _), z, r in zip(starts, solved.z, solved.residuals, strict=True) if r <= GOAL]
     # Where the neighbour's actuation leads to no gait, its gait may still be near one with another actuation.
-    known = [end.candidate for end in ends]
     news: list[Candidate] = []
-    for start in rank(objective, near) or ([] if known else starts):
-        if not any(are_alike(start, other) for other in [*known, *news]):
+    for start in rank(objective, near) or ([] if ends else starts):
+        better = objective.totals(np.concatenate(start)[None])[0] < best_total(ends)
+        if better or not any(are_alike(start, other) for other in [*(end.candidate for end in ends), *news]):
             news.append(start)
     return sorted([*ends, *explore(objective, news)], key=lambda end: end.score.total)[:KEPT]
 
@@ -157,16 +156,34 @@ def pass_on(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], p
             return
 
 
-def default_search(cases: dict[Spot, Case], seed: int, pool: "Pool") -> dict[tuple[Spot, Goal], dict[str, Any]]:
-    """Find the best of each case by the default method."""
+def default_search(
+    cases: dict[Spot, Case], known: dict[tuple[Spot, Goal], Candidate], seed: int, pool: "Pool"
+) -> dict[tuple[Spot, Goal], dict[str, Any]]:
+    """Find the best of each case by the default method, starting from what is known as well."""
     found = pool.run(explored, [(case, seed) for case in cases.values()], "searching for the best actuations")
     ends = {(spot, goal): here[goal] for spot, here in zip(cases, found, strict=True) for goal in GOALS}
+    tasks = [(cases[spot], goal, [start], ends[spot, goal]) for (spot, goal), start in known.items()]
+    ends |= dict(zip(known, pool.run(improved, tasks), strict=True))
     pass_on(cases, ends, pool)
     keys = [key for key, here in ends.items() if here]
     best = pool.run(
         settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "taking the least actuation"
     )
     return {key: values for key, values in zip(keys, best, strict=True) if values is not None}
+
+
+def known_optima(cases: dict[Spot, Case], optima: xr.Dataset) -> dict[tuple[Spot, Goal], Candidate]:
+    """Return the actuation and unknowns of each case that a map has."""
+    found: dict[tuple[Spot, Goal], Candidate] = {}
+    for spot, case in cases.items():
+        here = optima.sel(slope_deg=case.slope_deg, heading=case.heading, family=case.family)
+        desired, lengths = case.animal.desired_speed(math.radians(case.slope_deg)), pair_lengths(case.animal)
+        for goal in GOALS:
+            one = here.sel(objective=goal)
+            if np.isfinite(one["speed"]):
+                z = np.concatenate([[float(one["speed"]) / desired], one["phase"].values])
+                found[spot, goal] = one["actuation"].values / lengths, z
+    return found
 
 
 def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]]:
@@ -259,6 +276,7 @@ def optimal_atlas(
     headings: Sequence[float] = HEADINGS,
     map: Map = "complete",
     method: Method = "default",
+    starts: xr.Dataset | None = None,
     seed: int = 0,
     workers: int | None = None,
     cache: str | os.PathLike[str] | None = None,
@@ -275,6 +293,8 @@ def optimal_atlas(
     map, method
         See `legspring.optimize`. Both methods pass optima on between cells: the default one as further starts, the
         thesis's as the only ones.
+    starts
+        Another such map over the same grid, from whose optima the default method starts as well.
     seed
         Of the actuations at which the search looks for gaits.
     workers
@@ -306,7 +326,10 @@ def optimal_atlas(
     }
     next(iter(cases.values())).objective("stability")  # says what is wrong before any work is done
     pool = Pool(checked_workers(workers), None if cache is None else Path(cache), progress)
-    found = (default_search if method == "default" else thesis_search)(cases, seed, pool)
+    if method == "default":
+        found = default_search(cases, {} if starts is None else known_optima(cases, starts), seed, pool)
+    else:
+        found = thesis_search(cases, seed, pool)
     dataset = _empty(animal, slopes_deg, headings)
     dataset.attrs = provenance(animal, {}) | {
         "title": f"Gaits of {animal.name} with the best actuation over slope and heading",

@@ -7,7 +7,8 @@ minimum is often not unique. The thesis's own method, Nelder and Mead's on its p
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
-from typing import Literal, NamedTuple
+from operator import attrgetter
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from scipy.optimize import minimize
@@ -22,7 +23,7 @@ from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Goal, Objective,
 from legspring.optimum import LATEST_OF_ALL, Programme
 from legspring.setting import checked_slope
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
-from legspring.trial import GOAL, Map, Trial
+from legspring.trial import Map, Trial
 
 Method = Literal["default", "nelder-mead"]
 Candidate = tuple[Floats, Floats]
@@ -157,10 +158,55 @@ def optimize(
     return best_of([optimum for optimum in found if optimum is not None])
 
 
+def trade_off(
+    animal: Animal,
+    *,
+    heading: float,
+    family: str,
+    slope: float | None = None,
+    slope_deg: float | None = None,
+    map: Map = "complete",
+    points: int = 9,
+    seed: int = 0,
+) -> list[Gait]:
+    """Find gaits from the most stable to the cheapest one of a family: the Pareto front of both objectives.
+
+    Parameters
+    ----------
+    animal, heading, family, slope, slope_deg, map, seed
+        See `optimize`.
+    points
+        About how many gaits, from 2; those in between cost least within bounds of the eigenvalue.
+
+    Returns
+    -------
+    list of Gait
+        The most stable first; empty if there is none.
+
+    Raises
+    ------
+    ValueError
+        As `optimize` does, and for too few points.
+    """
+    if points < 2:
+        raise ValueError(f"points = {points!r}: must be at least 2")
+    angle = checked_slope(slope, slope_deg)
+    best = [
+        optimize(animal, heading=heading, family=family, slope=angle, objective=goal, map=map, seed=seed)
+        for goal in get_args(Goal)
+    ]
+    objective = Objective(animal, angle, heading, family, "efficiency", map)
+    stable, cheap = ([objective.candidate(gait)] if gait is not None else [] for gait in best)
+    if not stable or not cheap:
+        return []
+    gaits = (objective.gait(score) for score in front(objective, stable[0], cheap[0], points))
+    return [gait for gait in gaits if gait is not None]
+
+
 def best_of(optima: Sequence[Optimum]) -> Optimum | None:
     """Choose among families: the best; among those as good, the cheaper; among those as cheap, the less actuated."""
     rest = list(optima)
-    for key in (lambda o: o.penalised, lambda o: o.transport_cost):
+    for key in (attrgetter("penalised"), attrgetter("transport_cost")):
         least = min(map(key, rest), default=0.0)
         rest = [optimum for optimum in rest if key(optimum) <= least + TIE]
     return min(rest, key=lambda o: float(np.sum(np.square(o.actuation) / np.square(o.animal.actuation))), default=None)
@@ -226,6 +272,10 @@ def polish(objective: Objective, start: Candidate, most: float | None = None) ->
     x, reason = programme.minimise(programme.start(*start), most)
     objective.evaluations += programme.evaluations
     score = objective(x[programme.u], x[programme.z], x[programme.beside])
+    if most is None:
+        # The programme asks for a little more than the objective does, and may stop at a kink.
+        before = objective(*start)
+        score, reason = min((score, reason), (before, f"not better than its start: {reason}"), key=lambda end: end[0].total)
     return End(score, reason) if score.total < NO_GAIT else None
 
 
@@ -258,16 +308,50 @@ def settle(objective: Objective, ends: Sequence[End], candidates: Sequence[Candi
     if not ends:
         return None
     best = ends[0]
-    most = best.score.total + TIE
+    least = objective.floor if is_as_good_as_can_be(objective, best) else best.score.total
+    most = least + TIE
     good = [end.candidate for end in ends if end.score.total <= most]
     starts = sorted([*good, *rank(objective, candidates, most)], key=lambda candidate: float(np.sum(candidate[0] ** 2)))
     for start in [*good[:1], *spread_out(starts, 2)]:
-        end = polish(objective, start, ends[0].score.total + 0.9 * TIE)
+        end = polish(objective, start, least + 0.95 * TIE)
         if end is None or end.score.total > most:
             continue
         if np.sum(end.score.actuation**2) < np.sum(best.score.actuation**2):
             best = End(end.score, ends[0].reason)
     return finished(objective, best, "default")
+
+
+def front(objective: Objective, stable: Candidate, cheap: Candidate, points: int) -> list[Score]:
+    """Trade stability for efficiency between the best gaits for either: least cost within bounds of the eigenvalue.
+
+    Parameters
+    ----------
+    objective
+        That of efficiency.
+    stable, cheap
+        The most stable gait, and the cheapest one.
+    points
+        How many bounds, between the eigenvalues of these two.
+
+    Returns
+    -------
+    list of Score
+        The most stable first; the two ends alone if the cheapest gait is the most stable one as well.
+    """
+    ends = [objective(*stable), objective(*cheap)]
+    low, high = (objective.eigenvalue(end) for end in ends)
+    found = [ends[1]]
+    for limit in np.linspace(high, low, points)[1:-1] if high > low + TIE else []:
+        programme = Programme(objective, float(limit))
+        tried = []
+        for start in (found[0], ends[0]):
+            assert start.unknowns is not None
+            x, _ = programme.minimise(programme.start(start.actuation, start.unknowns, start.beside))
+            score = objective(x[programme.u], x[programme.z], x[programme.beside])
+            if score.total < NO_GAIT and objective.eigenvalue(score) < limit + TIE:
+                tried.append(score)
+        found = [*sorted(tried, key=lambda score: score.total)[:1], *found]
+    return [ends[0], *found]
 
 
 def thesis_search(objective: Objective, candidates: Sequence[Candidate]) -> Optimum | None:

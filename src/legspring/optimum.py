@@ -1,10 +1,10 @@
 """The best actuation of one family at one slope and heading, as a nonlinear programme.
 
 All at once: actuation u and unknowns z of the gait are varied together, with the conditions of a gait as equations, so
-that the search passes folds, where two gaits meet, without noticing. The fixed point at a slightly larger heading, which
-must exist, has unknowns and equations of its own. What is to be small is a bound t of the eigenvalues (or cost) plus
-what the soft constraints of Table 3.1 are violated by, each a variable >= 0; with that, all functions are smooth where
-the maximum of moduli of eigenvalues is not.
+that the search passes folds, where two gaits meet, without noticing. The fixed point at a slightly larger heading,
+which must exist, has unknowns and equations of its own. What is to be small is a bound t of the eigenvalues (or cost)
+plus what the soft constraints of Table 3.1 are violated by, each a variable >= 0; with that, all functions are smooth
+where the maximum of moduli of eigenvalues is not.
 """
 
 import math
@@ -125,10 +125,12 @@ class Programme:
     ----------
     objective
         What is to be small.
+    limit
+        Bound of the eigenvalue magnitudes where the objective is efficiency; None for none.
     """
 
-    def __init__(self, objective: Objective) -> None:
-        self.objective = objective
+    def __init__(self, objective: Objective, limit: float | None = None) -> None:
+        self.objective, self.limit = objective, limit
         heading = objective.trial.heading
         # A little beyond what is asked for, so that a fold is kept clear of.
         self.further = objective.trial.beside(heading + CLEARANCE * (heading_beside(heading) - heading))
@@ -151,11 +153,30 @@ class Programme:
 
     def measure(self, points: Floats) -> tuple[Floats, Floats]:
         """Angles (deg), and costs or characteristic polynomials of the map, at ``(N, P + n)``; nan where undefined."""
-        seen = self.objective.trial.look(points, "cost" if self.objective.goal == "efficiency" else self.objective.of)
-        angles = seen.angles.reshape(len(points), -1)
-        if self.objective.goal == "efficiency":
-            return angles, seen.cost[:, None]
-        return angles, characteristic(seen.jacobians)
+        trial, objective = self.objective.trial, self.objective
+        measures = []
+        if objective.goal == "efficiency":
+            seen = trial.look(points, "cost")
+            measures.append(seen.cost[:, None])
+        if objective.goal == "stability" or self.limit is not None:
+            seen = trial.look(points, objective.of)
+            measures.append(characteristic(seen.jacobians))
+        return seen.angles.reshape(len(points), -1), np.hstack(measures)
+
+    def within(self, measure: Floats, t: float) -> tuple[Floats, Floats, Floats]:
+        """Return what must not be negative for the measure to be bounded by t, and its derivatives by both."""
+        efficiency = self.objective.goal == "efficiency"
+        if efficiency and self.limit is None:
+            return t - measure, -np.ones((1, 1)), np.ones(1)
+        bound = self.limit if efficiency and self.limit is not None else t
+        # The complete map is that of a step, the bound that of a stride.
+        radius, rate = (bound, 1.0) if self.objective.of == "reduced" else (math.sqrt(bound), 0.5 / math.sqrt(bound))
+        values, by_c, by_radius = inside(measure[1:] if efficiency else measure, radius)
+        if not efficiency:
+            return values, by_c, by_radius * rate
+        by_measure = np.zeros((4, len(measure)))
+        by_measure[0, 0], by_measure[1:, 1:] = -1.0, by_c
+        return np.append(t - measure[0], values), by_measure, np.array([1.0, 0.0, 0.0, 0.0])
 
     def point(self, x: Floats) -> Point | None:
         """All functions at a point; None where they cannot be had."""
@@ -174,13 +195,13 @@ class Programme:
         return Point(self, x[: self.z.stop].copy(), here, beside, np.nan_to_num(angles[0], nan=-90.0), measure[0])
 
     def equations(self, x: Floats) -> Floats:
-        """What must be zero: conditions of the gait, and of the one beside."""
+        """Return what must be zero: conditions of the gait, and of the one beside."""
         point = self.point(x)
         rows = 2 * (1 + self.pairs)
         return np.full(rows, NOWHERE) if point is None else np.concatenate([point.here[0], point.beside[0]])
 
     def equations_by(self, x: Floats) -> Floats:
-        """Derivatives of the equations."""
+        """Return the derivatives of the equations."""
         point, p = self.point(x), self.pairs
         by = np.zeros((2 * (1 + p), self.size))
         if point is not None:
@@ -189,39 +210,31 @@ class Programme:
         return by
 
     def margins(self, x: Floats) -> Floats:
-        """What must not be negative: room in the soft constraints, and in the bound of what is to be small."""
+        """Return what must not be negative: room in the soft constraints, and in the bound of what is to be small."""
         point = self.point(x)
         if point is None:
-            return np.full(3 * self.pairs + (1 if self.objective.goal == "efficiency" else 3), -NOWHERE)
+            return np.full(3 * self.pairs + self._bounded, -NOWHERE)
         room = x[self.slack] - soft_violations(x[self.z], point.angles)
-        t = x[self.t]
-        bound = (
-            t - point.measure if self.objective.goal == "efficiency" else inside(point.measure, self.radius(t)[0])[0]
-        )
-        return np.concatenate([room, bound])
+        return np.concatenate([room, self.within(point.measure, x[self.t])[0]])
 
     def margins_by(self, x: Floats) -> Floats:
-        """Derivatives of the margins."""
-        point, p, n, t = self.point(x), self.pairs, self.z.stop, x[self.t]
-        efficiency = self.objective.goal == "efficiency"
-        by = np.zeros((3 * p + (1 if efficiency else 3), self.size))
+        """Return the derivatives of the margins."""
+        point, p, n = self.point(x), self.pairs, self.z.stop
+        by = np.zeros((3 * p + self._bounded, self.size))
         if point is None:
             return by
         angles_by, measure_by = point.slopes
+        _, by_measure, by_t = self.within(point.measure, x[self.t])
         by[: 3 * p, self.slack] = np.eye(3 * p)
         by[:p, self.z.start + 1 : n] = -0.5 / PHASE_UNIT * np.eye(p)
         by[p : 3 * p, :n] = ANGLE_WEIGHT * angles_by
-        if efficiency:
-            by[-1, self.t], by[-1, :n] = 1.0, -measure_by[0]
-        else:
-            radius, rate = self.radius(t)
-            _, by_c, by_t = inside(point.measure, radius)
-            by[3 * p :, self.t], by[3 * p :, :n] = by_t * rate, by_c @ measure_by
+        by[3 * p :, self.t], by[3 * p :, :n] = by_t, by_measure @ measure_by
         return by
 
-    def radius(self, t: float) -> tuple[float, float]:
-        """Bound of the eigenvalues whose bound on a stride is t, and its derivative: the complete map is of a step."""
-        return (t, 1.0) if self.objective.of == "reduced" else (math.sqrt(t), 0.5 / math.sqrt(t))
+    @property
+    def _bounded(self) -> int:
+        """Number of margins that bound the measure."""
+        return 3 if self.objective.goal == "stability" else 1 if self.limit is None else 4
 
     def start(self, actuation: Floats, z: Floats, beside: Floats | None = None) -> Floats:
         """Return variables to start from: a gait or what is near one, and, if known, the one beside."""

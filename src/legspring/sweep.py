@@ -88,6 +88,7 @@ def _parallel(work: Callable[[T], R], items: Iterable[T], workers: int, tick: Ca
 
 
 def neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
+    """Return the places around one, some of which may be off the grid."""
     row, column = place
     return [(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]
 
@@ -110,6 +111,7 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
 
 
 def checked_grid(name: str, values: Sequence[float], largest: float) -> tuple[float, ...]:
+    """Return a grid as floats; raise ValueError unless its numbers rise and are in range."""
     grid = tuple(float(value) for value in values)
     rising = all(low < high for low, high in pairwise(grid))
     if not grid or not rising or not all(abs(value) <= largest for value in grid):
@@ -285,6 +287,7 @@ def _empty(coords: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
 
 
 def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
+    """Say what a map shows and where it comes from: the attributes of its dataset."""
     return {
         "title": f"Gaits of {animal.name} over slope and heading",
         "animal": animal.name,

@@ -34,8 +34,8 @@ class Look(NamedTuple):
         ``(N, P, 2)``: angle between length and force-free length against time, deg with rates in m/s, at touch-down and
         lift-off; positive where the leg begins, and ends, with the force of its function.
     is_gait
-        ``(N,)``: whether legs lift off, as their function wants, and those down at the start are the right ones. That no
-        leg is idle is left to `legspring.Gait.invalid`.
+        ``(N,)``: whether legs lift off, as their function wants, and those down at the start are the right ones. That
+        no leg is idle is left to `legspring.Gait.invalid`.
     cost
         ``(N,)``: transport cost (Eq. 3.6).
     jacobians
@@ -93,7 +93,7 @@ class Trial:
         return self.problem.solve(near, ACCURACY, GOAL, np.atleast_2d(actuation) * self.lengths)
 
     def conditions(self, actuation: Floats, z: Floats) -> tuple[Floats, Floats] | None:
-        """Return what is left of a gait's conditions, ``(4,)``, and its derivatives by actuation and z; None if broken."""
+        """Return what is left of a gait's conditions, ``(4,)``, and its derivatives by u and z; None if broken."""
         body, legs, start = self._unknowns
         setting, stride = self.setting, self.setting.step_length
         legs[:, ACTUATION, 0] = setting.side * (actuation * self.lengths)[setting.pair]
