@@ -1,0 +1,164 @@
+"""Gaits with their actuation free, against the gaits themselves."""
+
+import math
+
+import numpy as np
+import pytest
+
+from legspring import Animal, Gait, search_gaits
+from legspring.gait import Invalid
+from legspring.kernel.walker import Floats
+from legspring.measures.stability import multipliers
+from legspring.returnmap import complete_map, reduced_map
+from legspring.setting import TIGHT
+from legspring.trial import GOAL, Trial
+from tests.conftest import Cells
+
+Z = np.array([1.03, 0.2, 0.1, -0.6])
+U = np.array([0.55, 0.45, 0.5])
+
+
+def seen_from(gait: Gait) -> tuple[Trial, Floats]:
+    """Return the trial of a gait's family and cell, and the gait as a candidate."""
+    trial = Trial(gait.animal, gait.slope, gait.heading, gait.family)
+    return trial, np.concatenate([gait.actuation / trial.lengths, trial.problem.unknowns(gait)])
+
+
+@pytest.fixture
+def trial(roach: Animal) -> Trial:
+    return Trial(roach, math.radians(60), 0.15, "B")
+
+
+def test_derivatives_of_the_conditions(trial: Trial) -> None:
+    here = trial.conditions(U, Z)
+    assert here is not None
+    x, h = np.concatenate([U, Z]), 1e-5
+    for column, step in enumerate(h * np.eye(7)):
+        ahead, behind = (trial.conditions(*np.split(x + change, [3])) for change in (step, -step))
+        assert ahead is not None and behind is not None
+        assert here[1][:, column] == pytest.approx((ahead[0] - behind[0]) / (2.0 * h), rel=1e-5, abs=1e-6)
+
+
+def test_conditions_are_those_that_a_problem_solves(trial: Trial) -> None:
+    found = trial.solve(np.array([U, [0.9, 0.2, 0.7]]), np.array([Z, Z]))
+    for ratio, z, residual, squares in zip((U, [0.9, 0.2, 0.7]), found.z, found.residuals, found.squares, strict=True):
+        there = trial.conditions(np.array(ratio), z)
+        assert there is not None
+        assert np.max(np.abs(there[0])) == pytest.approx(residual, rel=1e-6, abs=1e-12)
+        assert np.sum(there[0] ** 2) == pytest.approx(squares, rel=1e-6, abs=1e-12)
+    # A gait at the one actuation, none near at the other.
+    assert found.residuals[0] < GOAL < 1e-3 < found.residuals[1]
+
+
+def test_what_cannot_be_simulated_has_no_conditions(roach: Animal) -> None:
+    trial = Trial(roach.replace(stiffness=1e9), 0.0, 0.15, "A")
+    assert trial.conditions(U, Z) is None
+    seen = trial.look(np.concatenate([U, Z]), "complete")
+    assert not seen.is_gait[0]
+    assert np.all(np.isnan(seen.jacobians)) and np.all(np.isnan(seen.angles[:, :, 1]))
+
+
+@pytest.mark.parametrize("cell", [(0, 0.2), (15, 0.3), (75, 0.15)])
+def test_jacobians_are_those_of_the_return_maps(thesis_map: Cells, cell: tuple[float, float]) -> None:
+    for gait in thesis_map[cell]:
+        trial, candidate = seen_from(gait)
+        length = gait.setting.step_length
+        for which, what, units in (
+            (reduced_map, "reduced", [length, 1.0]),
+            (complete_map, "complete", [length, 1.0, length, length]),
+        ):
+            _, jacobian = which(gait.setting, gait.phase, gait.start, accuracy=TIGHT)
+            seen = trial.look(candidate, what).jacobians[0]  # type: ignore[arg-type]
+            assert seen == pytest.approx(jacobian * np.array(units) / np.array(units)[:, None], abs=1e-7)
+        assert np.abs(multipliers(seen)) == pytest.approx(np.abs(gait.multipliers), abs=1e-6)
+
+
+def test_costs_angles_and_liftoffs_are_those_of_gaits(thesis_map: Cells) -> None:
+    for cell in ((5, 0.15), (20, 0.3), (90, 0.45)):
+        for gait in thesis_map[cell]:
+            trial, candidate = seen_from(gait)
+            assert trial.look(candidate, "cost").cost == pytest.approx([gait.transport_cost], abs=1e-8)
+            # At lift-off the lengths are equal: the angle between them follows from their rates in the time series.
+            angles = trial.look(candidate, "ends").angles[0]
+            assert angles[:, 1] == pytest.approx([liftoff_angle(gait, pair) for pair in range(3)], abs=0.05)
+
+
+def liftoff_angle(gait: Gait, pair: int) -> float:
+    """Angle (deg) between length and force-free length at lift-off, from the ends of their time series."""
+    moment = gait.liftoff[pair] * gait.setting.step_duration
+    run = gait.simulate(strides=1).isel(leg=gait.first_legs[pair])
+    rows = np.flatnonzero((run.time.values < moment) & (run.time.values > 0.0))[-5:]
+    rates = [
+        np.polyval(np.polyder(np.polyfit(run.time.values[rows] - moment, series.values[rows], 3)), 0.0)
+        for series in (run.leg_length, run.free_length)
+    ]
+    return abs(math.degrees(math.atan(rates[0]) - math.atan(rates[1])))
+
+
+def test_many_candidates_are_looked_at_as_one_by_one(trial: Trial) -> None:
+    candidates = np.random.default_rng(2).uniform(
+        [0.2] * 3 + [0.8] + [-1.0] * 3, [0.9] * 3 + [1.2] + [1.0] * 3, (20, 7)
+    )
+    together = trial.look(candidates, "cost")
+    for row, candidate in enumerate(candidates):
+        alone = trial.look(candidate, "cost")
+        for one, many in zip(alone, together, strict=True):
+            np.testing.assert_array_equal(one[0], many[row])
+
+
+def test_valid_gaits_are_gaits(thesis_map: Cells) -> None:
+    for gaits in thesis_map.values():
+        for gait in gaits:
+            trial, candidate = seen_from(gait)
+            assert trial.look(candidate, "ends").is_gait[0]
+
+
+def test_rejected_solutions_are_none(roach: Animal) -> None:
+    reasons = set()
+    for slope_deg, heading in ((0, 0.15), (20, 0.05), (45, 0.15), (60, 0.3), (80, 0.4)):
+        for rejection in search_gaits(roach, slope_deg=slope_deg, heading=heading).rejections:
+            trial, candidate = seen_from(rejection.solution)
+            if rejection.reason != Invalid.IDLE:
+                assert not trial.look(candidate, "ends").is_gait[0], str(rejection)
+                reasons.add(rejection.reason)
+    assert Invalid.WRONG_SIGN in reasons
+
+
+def test_strides_that_do_not_close_are_judged_alike(trial: Trial) -> None:
+    """Whether they close or not: is_gait says what Gait.invalid says, but for idle legs."""
+    low, high = [0.2, 0.2, 0.2, 0.8, -1.8, -1.8, -1.8], [0.9, 0.9, 0.9, 1.2, 1.8, 1.8, 1.8]
+    candidates = np.random.default_rng(3).uniform(low, high, (200, 7))
+    verdicts = trial.look(candidates, "ends").is_gait
+    reasons = set()
+    for candidate, verdict in zip(candidates, verdicts, strict=True):
+        setting = trial.setting
+        stride = Gait(
+            animal=setting.animal,
+            slope=setting.slope,
+            heading=trial.heading,
+            family=trial.family,
+            speed=candidate[3] * setting.desired_speed,
+            phase=tuple(candidate[4:]),
+            actuation=tuple(candidate[:3] * trial.lengths),
+            residual=math.nan,
+        )
+        wrong = stride.invalid()
+        if wrong is None or wrong[0] != Invalid.IDLE:
+            assert verdict == (wrong is None), wrong
+        reasons.add(wrong and wrong[0])
+    assert {None, Invalid.NO_LIFTOFF, Invalid.WRONG_SIGN, Invalid.OLD_LEGS} <= reasons
+
+
+def test_beside_is_the_same_at_another_heading(trial: Trial) -> None:
+    other = trial.beside(0.2)
+    assert (other.heading, other.family, other.setting) == (0.2, "B", trial.setting)
+    here, there = trial.conditions(U, Z), other.conditions(U, Z)
+    assert here is not None and there is not None
+    assert there[0][1] != pytest.approx(here[0][1], abs=1e-3)
+
+
+def test_bodies_that_yaw_are_refused(roach: Animal) -> None:
+    with pytest.raises(ValueError, match="yaw held"):
+        Trial(roach.replace(yaw="free", inertia=2.04e-7), 0.5, 0.15, "B")
+    with pytest.raises(ValueError, match="heading = 2"):
+        Trial(roach, 0.5, 2.0, "B")
