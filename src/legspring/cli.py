@@ -14,7 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 import legspring
-from legspring.printing import describe_gait, print_gaits, print_json, print_run
+from legspring.printing import describe_gait, describe_optimum, print_gaits, print_json, print_optimum, print_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -303,6 +303,93 @@ def atlas(
     typer.echo(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
     if figures is not None:
         draw_chapter_4(maps, figures)
+
+
+@app.command()
+def optimize(
+    animal: AnimalName,
+    slope: Slope,
+    heading: Heading,
+    objective: Annotated[
+        str, typer.Option(metavar="GOAL", help="What to reach: stability or efficiency.")
+    ] = "stability",
+    family: Family = None,
+    map: Annotated[
+        str, typer.Option(metavar="MAP", help="Whose eigenvalues count: complete, or the thesis's reduced map.")
+    ] = "complete",
+    method: Annotated[
+        str, typer.Option(metavar="METHOD", help="default, or nelder-mead for the thesis's method.")
+    ] = "default",
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Find the actuation that makes a gait most stable or most efficient.
+
+    Example: legspring optimize cockroach --slope 45 --heading 0.15 --objective efficiency
+    """
+    from legspring.model import load_animal
+
+    check_figure(figure)
+    creature = load_animal(animal)
+    with patience("searching for the best actuation"):
+        best = legspring.optimize(
+            creature,
+            slope_deg=slope,
+            heading=heading,
+            family=family,
+            objective=objective,  # type: ignore[arg-type]  # checked there
+            map=map,  # type: ignore[arg-type]
+            method=method,  # type: ignore[arg-type]
+        )
+    if best is not None and figure is not None:
+        from legspring.figures import draw_gait, save_figure
+
+        save_figure(draw_gait(best), figure)
+    if as_json:
+        print_json([] if best is None else [describe_optimum(best)])
+    elif best is None:
+        fail(f"no gait worth having at slope {slope:g} deg and heading {heading:g} rad", NO_GAIT)
+    else:
+        print_optimum(best)
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The directory to write to.", show_default=False)],
+    only: Annotated[
+        str | None,
+        typer.Option(metavar="NUMBERS", help="Only these figures and tables, such as 4.2,6.1; no report."),
+    ] = None,
+    method: Annotated[
+        str, typer.Option(metavar="METHOD", help="Of the optimisation: default, or nelder-mead for the thesis's.")
+    ] = "default",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(parser=integer, metavar="NUMBER", help="Processes; by default one a core.")
+    ] = None,
+) -> None:
+    """Recompute the thesis of D. E. Peterson (2011): all figures and tables, and a report that judges its claims.
+
+    A run that was stopped goes on where it was.
+
+    Example: legspring reproduce --out thesis
+
+    Example: legspring reproduce --out thesis --only 4.2,6.1
+    """
+    from legspring.files import make_directory
+    from legspring.peterson2011.reproduce import reproduce as run
+
+    make_directory(out)
+    typer.echo(
+        run(
+            out,
+            only=tuple(part.strip() for part in only.split(",")) if only is not None else (),
+            method=method,  # type: ignore[arg-type]  # checked there
+            fresh=fresh,
+            workers=workers,
+            progress=sys.stderr.isatty(),
+        )
+    )
 
 
 def parse_numbers(name: str, text: str | None) -> tuple[float, ...] | None:

@@ -1,5 +1,7 @@
 """Output files: what is wrong with a path is said at once, and a file appears whole or not at all."""
 
+import csv
+import hashlib
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -7,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+import legspring
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,23 +93,40 @@ def save_netcdf(dataset: "xr.Dataset", path: PathLike) -> None:
         dataset.to_netcdf(file, engine="netcdf4")
 
 
-def save_csv(dataset: "xr.Dataset", path: PathLike) -> None:
-    """Save the time series of a simulation as a table: a row for each time, a column such as force_FL_lateral.
+def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time",)) -> None:
+    """Save a dataset as a table: a row for each place in some dimensions, a column such as force_FL_lateral.
 
     Parameters
     ----------
     dataset
-        Of `legspring.simulate`; its events, which have times of their own, are left out.
+        Of `legspring.simulate`, whose events, which have times of their own, are left out; or a map of gaits.
     path
         The file; it appears whole, or not at all.
+    rows
+        Dimensions that make the rows, those in which everything is missing left out; the others make columns.
     """
-    columns = {"time": dataset["time"].values}
-    for name, series in dataset.data_vars.items():
-        if series.dims[0] == "time":
-            labels = [[str(label) for label in dataset[dim].values] for dim in series.dims[1:]]
-            for index in np.ndindex(series.shape[1:]):
-                place = [labels[axis][number] for axis, number in enumerate(index)]
-                columns["_".join([str(name), *place])] = series.values[:, *index]
-    with whole_file(path) as file:
-        table = np.column_stack(list(columns.values()))
-        np.savetxt(file, table, fmt="%.12g", delimiter=",", header=",".join(columns), comments="")
+    table = dataset[[name for name, series in dataset.data_vars.items() if set(rows) <= set(series.dims)]]
+    table = table.stack(row=list(rows)) if len(rows) > 1 else table.rename({rows[0]: "row"})
+    columns = {dim: table[dim].values for dim in rows if len(rows) > 1} or {rows[0]: table["row"].values}
+    for name, series in table.data_vars.items():
+        values = series.transpose("row", ...)
+        labels = [[str(label) for label in dataset[dim].values] for dim in values.dims[1:]]
+        for index in np.ndindex(values.shape[1:]):
+            place = [labels[axis][number] for axis, number in enumerate(index)]
+            columns["_".join([str(name), *place])] = values.values[:, *index]
+    if len(rows) > 1:
+        numbers = [column for name, column in columns.items() if name not in rows and column.dtype.kind == "f"]
+        known = np.any(np.isfinite(np.array(numbers)), axis=0)
+        columns = {name: column[known] for name, column in columns.items()}
+    with whole_file(path) as file, file.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(columns)
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow([f"{cell:.12g}" if isinstance(cell, float) else cell for cell in row])
+
+
+def code_stamp() -> str:
+    """Return what identifies this version of the package: results of another one are not to be mixed with its own."""
+    sources = sorted(Path(legspring.__file__).parent.rglob("*.py"))
+    digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
+    return f"{legspring.__version__} {digest[:16]}"

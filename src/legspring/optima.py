@@ -11,8 +11,7 @@ import numpy as np
 import xarray as xr
 from joblib import Memory, Parallel, delayed
 
-import legspring
-from legspring.kernel.jit import FINGERPRINT
+from legspring.files import code_stamp
 from legspring.model import Animal
 from legspring.objective import NO_GAIT, Goal, Objective
 from legspring.optimisation import (
@@ -258,8 +257,9 @@ class Pool:
         self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], words: str = "", chunk: int = CHUNK
     ) -> list[T]:
         """Call a function with each of some tuples of arguments."""
-        chunks = [tasks[n : n + chunk] for n in range(0, len(tasks), chunk)]
-        stamp = f"{legspring.__version__} {FINGERPRINT}"
+        size = max(1, min(chunk, len(tasks) // (4 * self.workers)))
+        chunks = [tasks[n : n + size] for n in range(0, len(tasks), size)]
+        stamp = code_stamp()
         out: list[T] = []
         with progress_bar(words, len(tasks), show=self.progress and bool(words)) as tick:
             work = (delayed(self._call)(function, some, stamp) for some in chunks)

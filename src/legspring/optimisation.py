@@ -37,7 +37,7 @@ STARTS = 1
 """Starts at each actuation."""
 MOST_AT_NODE = 3
 """Solutions kept at each actuation."""
-POLISHED = 6
+POLISHED = 24
 """Gaits that are polished."""
 APART = 0.35
 """Difference of phases between starts of polishing, rad."""
@@ -275,7 +275,7 @@ def polish(objective: Objective, start: Candidate, most: float | None = None) ->
     if most is None:
         # The programme asks for a little more than the objective does, and may stop at a kink.
         before = objective(*start)
-        score, reason = min((score, reason), (before, f"not better than its start: {reason}"), key=lambda end: end[0].total)
+        score = min(score, before, key=lambda score: score.total)
     return End(score, reason) if score.total < NO_GAIT else None
 
 
@@ -385,7 +385,7 @@ def nelder_mead(objective: Objective, start: Candidate) -> End:
         return score.total
 
     found = minimize(total, actuation * lengths, method="Nelder-Mead", options=MATLAB)
-    return End(best, str(found.message))
+    return End(best, "converged" if found.success else "limit of evaluations reached")
 
 
 def finished(objective: Objective, end: End, method: Method) -> Optimum | None:
@@ -401,7 +401,7 @@ def finished(objective: Objective, end: End, method: Method) -> Optimum | None:
         method=method,
         value=score.value,
         penalised=score.total,
-        ending=end.reason.rstrip(".").lower(),
+        ending=end.reason,
         active=objective.active(score),
         evaluations=objective.evaluations,
     )

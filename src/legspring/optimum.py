@@ -40,6 +40,13 @@ WORST = 3.0
 SMALLEST = 5e-4
 """Bound of eigenvalues below which there is no point in going."""
 CLEARANCE = 1.002
+REASONS = {
+    0: "converged",
+    4: "the constraints leave no way to go",
+    8: "no way further down",
+    9: "iteration limit reached",
+}
+"""Why SLSQP stops."""
 NEGLIGIBLE = 1e-8
 NOWHERE = 1e3
 """Violation of all constraints where there is nothing to evaluate."""
@@ -286,7 +293,7 @@ class Programme:
             constraints=constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
         )
-        return found.x, found.message
+        return found.x, REASONS.get(found.status, str(found.message))
 
 
 def steps_taken(residual: Floats, jacobian: Floats) -> Floats:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from legspring.gait import Gait
+    from legspring.optimisation import Optimum
     from legspring.solve import Search
 
 
@@ -56,6 +57,31 @@ def describe_gait(gait: "Gait") -> dict[str, Any]:
     """Return what a gait has to say for itself, by the names of its attributes."""
     high, low = gait.net_force
     return {name: getattr(gait, name) for name in ATTRIBUTES} | {"net_force_max": high, "net_force_min": low}
+
+
+def describe_optimum(best: "Optimum") -> dict[str, Any]:
+    """Return what an optimised gait has to say for itself."""
+    own = ("objective", "map", "method", "value", "penalised", "ending", "active", "evaluations")
+    return describe_gait(best) | {name: getattr(best, name) for name in own}
+
+
+def print_optimum(best: "Optimum") -> None:
+    """Print an optimised gait, what was reached, and why not more."""
+    lengths = {leg.pair: leg.length for leg in best.animal.legs}
+    shares = zip(best.animal.pairs, best.actuation, strict=True)
+    amounts = ", ".join(f"{pair} {1e3 * amount:.2f} mm ({amount / lengths[pair]:.3f} l0)" for pair, amount in shares)
+    phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in best.phase)
+    binding = "\n  ".join(best.active) or "none"
+    typer.echo(
+        f"{best.animal.name}, family {best.family}: slope {best.slope_deg:g} deg, heading {best.heading:g} rad\n"
+        f"actuation: {amounts}\n"
+        f"speed {best.speed:.4f} m/s, phases {phases} deg\n"
+        f"reduced eigenvalue {best.reduced_eigenvalue:.4f}, largest multiplier {abs(best.multipliers[0]):.4f}, "
+        f"transport cost {best.transport_cost:.4f}\n"
+        f"{best.objective}, {best.map} map, {best.method}: {best.value:.4f}, with penalties {best.penalised:.4f}; "
+        f"{best.ending} after {best.evaluations} evaluations\n"
+        f"constraints that bind:\n  {binding}"
+    )
 
 
 def print_gaits(search: "Search") -> None:

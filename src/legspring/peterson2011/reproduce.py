@@ -1,0 +1,360 @@
+"""The whole thesis: everything computed, every figure and table, and the report on its claims."""
+
+import csv
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from joblib import Parallel, delayed
+
+import legspring as ls
+from legspring.data import published_forces
+from legspring.figures import save_figure
+from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, ThesisFigure
+from legspring.figures.peterson2011.beyond import BEYOND
+from legspring.files import PathLike, code_stamp, make_directory, save_csv, save_netcdf, whole_file
+from legspring.model import Animal, cockroach
+from legspring.objective import NO_GAIT, Objective
+from legspring.optima import optimal_atlas, select
+from legspring.optimisation import Method, front
+from legspring.peterson2011.beyond import decays, sections
+from legspring.peterson2011.claims import Results, Verdict, judge
+from legspring.peterson2011.report import CHAPTERS, File, Picture, write_report
+from legspring.peterson2011.tables import (
+    Table,
+    constraint_table,
+    difference_table,
+    differences,
+    force_ranges,
+    force_tables,
+    parameter_table,
+    save_table,
+)
+from legspring.progress import progress_bar
+from legspring.setting import Setting
+from legspring.sweep import checked_workers
+
+TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
+"""The last one explains how ours differ from the thesis's."""
+BEYOND_CHAPTER = 7
+"""Number under which the time of what goes beyond the thesis is kept."""
+FRONT_SLOPES_DEG, FRONT_HEADING, FRONT_POINTS = (0.0, 10.0, 20.0, 45.0), 0.15, 9
+BACK_PULLS: Mapping[str, tuple[str, ...]] = {"FM": ("F", "M"), "F": ("F",), "M": ("M",), "none": ()}
+"""Families in which the back legs pull."""
+
+DATA = {
+    "atlas": (4, "Gaits with the thesis's actuation, all branches", ("slope_deg", "heading", "branch")),
+    "nelder_mead": (
+        5,
+        "Gaits with optimised actuation, as the thesis searches for them",
+        ("objective", "slope_deg", "heading", "family"),
+    ),
+    "optima": (5, "Gaits with optimised actuation", ("objective", "slope_deg", "heading", "family")),
+    "back_pulls": (BEYOND_CHAPTER, "Gaits whose back legs pull", ("slope_deg", "heading", "branch")),
+    "decays": (BEYOND_CHAPTER, "Decay of simulated perturbations", ("gait",)),
+    "fronts": (BEYOND_CHAPTER, "Trade-off of stability and efficiency", ("slope_deg", "family", "point")),
+}
+"""Datasets that are stored: the chapter they belong to, what they hold, and the dimensions of their rows in a table."""
+
+
+class Store:
+    """Everything that the thesis's figures and claims are about, computed when it is asked for, and stored.
+
+    Parameters
+    ----------
+    directory
+        Where datasets are stored; what lies there already is used if this version of the package has computed it.
+    method
+        Of the optimisation.
+    workers
+        Processes and threads.
+    progress
+        Whether to show progress bars.
+    """
+
+    def __init__(self, directory: Path, method: Method, workers: int, progress: bool) -> None:
+        self.directory, self.method, self.workers, self.progress = directory, method, workers, progress
+        self.animal: Animal = cockroach()
+        self.seconds: dict[str, float] = {}
+
+    def _stored(self, name: str, compute: Callable[[], xr.Dataset]) -> xr.Dataset:
+        """Return a dataset, from its file if there is one."""
+        path, stamp = self.directory / f"{name}.nc", code_stamp()
+        if path.is_file():
+            with xr.open_dataset(path) as stored:
+                if stored.attrs.get("code") == stamp:
+                    dataset = stored.load()
+                    self.seconds[name] = float(dataset.attrs["seconds"])
+                    return dataset
+        start = time.perf_counter()
+        dataset = compute()
+        self.seconds[name] = time.perf_counter() - start
+        dataset.attrs |= {"code": stamp, "seconds": self.seconds[name]}
+        save_csv(dataset, path.with_suffix(".csv"), DATA[name][2])
+        save_netcdf(dataset, path)
+        return dataset
+
+    @cached_property
+    def atlas(self) -> xr.Dataset:
+        """Gaits with the thesis's actuation."""
+        return self._stored("atlas", lambda: ls.atlas(self.animal, workers=self.workers, progress=self.progress))
+
+    @cached_property
+    def nelder_mead(self) -> xr.Dataset:
+        """Gaits with optimised actuation, as the thesis searches for them."""
+        return self._stored("nelder_mead", lambda: self._optimised("nelder-mead"))
+
+    @cached_property
+    def optima(self) -> xr.Dataset:
+        """Gaits with optimised actuation, by the method that was asked for."""
+        if self.method == "nelder-mead":
+            return self.nelder_mead
+        starts = self.nelder_mead
+        return self._stored("optima", lambda: self._optimised("default", starts))
+
+    def _optimised(self, method: Method, starts: xr.Dataset | None = None) -> xr.Dataset:
+        cache = self.directory / ".unfinished"
+        optima = optimal_atlas(
+            self.animal,
+            map="reduced",
+            method=method,
+            starts=starts,
+            workers=self.workers,
+            cache=cache,
+            progress=self.progress,
+        )
+        shutil.rmtree(cache, ignore_errors=True)
+        return optima
+
+    @cached_property
+    def selected(self) -> xr.Dataset:
+        """Optimised gaits of the best family in each cell."""
+        return select(self.optima)
+
+    @cached_property
+    def back_pulls(self) -> xr.Dataset:
+        """Gaits whose back legs pull."""
+        animal = self.animal.replace(families=BACK_PULLS)
+        return self._stored("back_pulls", lambda: ls.atlas(animal, impulses=(), workers=self.workers))
+
+    @cached_property
+    def decays(self) -> xr.Dataset:
+        """Decay of simulated perturbations."""
+        return self._stored("decays", lambda: decays(self.animal))
+
+    @cached_property
+    def fronts(self) -> xr.Dataset:
+        """Trade-off of stability and efficiency."""
+        optima = self.optima
+        return self._stored("fronts", lambda: fronts(self.animal, optima))
+
+    @property
+    def gait(self) -> ls.Gait:
+        """The gait of the sketches."""
+        return ls.find_gaits(self.animal, **GAIT)[0]
+
+    @property
+    def simulation(self) -> xr.Dataset:
+        """The simulation of Figure 2.2."""
+        return ls.simulate(self.animal, **SIMULATION)
+
+    @property
+    def setting(self) -> Setting:
+        """The animal on the level."""
+        return Setting(self.animal, 0.0, self.animal.functions(next(iter(self.animal.families))))
+
+    @property
+    def measured(self) -> xr.Dataset:
+        """Forces measured on animals."""
+        return published_forces()
+
+    @property
+    def results(self) -> Results:
+        """All that claims are judged by."""
+        return Results(
+            atlas=self.atlas,
+            optima=self.optima,
+            nelder_mead=self.nelder_mead,
+            selected=self.selected,
+            selected_nelder_mead=select(self.nelder_mead),
+            measured=self.measured,
+            back_pulls=self.back_pulls,
+        )
+
+    @cached_property
+    def tables(self) -> dict[str, Table]:
+        """The thesis's tables."""
+        ranges = force_ranges(self.atlas, self.selected, self.nelder_mead_selected)
+        found = differences(self.optima, self.selected, self.nelder_mead_selected)
+        tables = (
+            constraint_table(),
+            parameter_table(self.animal),
+            *force_tables(ranges),
+            difference_table(found),
+        )
+        return {table.number: table for table in tables}
+
+    @cached_property
+    def nelder_mead_selected(self) -> xr.Dataset:
+        """The thesis's own optima of the best family in each cell."""
+        return select(self.nelder_mead)
+
+
+def fronts(animal: Animal, optima: xr.Dataset) -> xr.Dataset:
+    """Trade stability for efficiency in each family, on a few slopes, between the optima for either."""
+    families = list(animal.families)
+    shape = (len(FRONT_SLOPES_DEG), len(families), FRONT_POINTS)
+    values = {name: np.full(shape, np.nan) for name in ("reduced_eigenvalue", "transport_cost")}
+    for (row, slope), (column, family) in ((s, f) for s in enumerate(FRONT_SLOPES_DEG) for f in enumerate(families)):
+        objective = Objective(animal, np.radians(slope), FRONT_HEADING, family, "efficiency", "reduced")
+        ends = []
+        for goal in ("stability", "efficiency"):
+            place = {"objective": goal, "slope_deg": slope, "heading": FRONT_HEADING, "family": family}
+            one = optima.sel(place)
+            if np.isfinite(one["speed"]):
+                z = np.concatenate([[one["speed"] / objective.trial.setting.desired_speed], one["phase"]])
+                ends.append((one["actuation"].values / objective.trial.lengths, z))
+        for n, score in enumerate(front(objective, ends[0], ends[1], FRONT_POINTS) if len(ends) == 2 else []):
+            if score.total < NO_GAIT:
+                values["reduced_eigenvalue"][row, column, n] = objective.eigenvalue(score)
+                values["transport_cost"][row, column, n] = score.value
+    dims = ("slope_deg", "family", "point")
+    coords = {"slope_deg": list(FRONT_SLOPES_DEG), "family": families, "point": np.arange(FRONT_POINTS)}
+    return xr.Dataset({name: (dims, array) for name, array in values.items()}, coords, {"heading": FRONT_HEADING})
+
+
+def reproduce(
+    out: PathLike,
+    *,
+    only: Sequence[str] = (),
+    method: Method = "default",
+    fresh: bool = False,
+    workers: int | None = None,
+    progress: bool = False,
+) -> Path:
+    """Recompute the thesis: every figure and table, and a report that judges each of its claims.
+
+    What was computed is stored as it comes; a run that was stopped goes on where it was.
+
+    Parameters
+    ----------
+    out
+        Directory for report.html and the folders figures, tables and data; it is made if it is missing.
+    only
+        Numbers of figures and tables, such as ``"4.2"``: only these are drawn, from what they need; no report.
+    method
+        Of the optimisation in chapter 5: ``"default"``, or ``"nelder-mead"`` for the thesis's own.
+    fresh
+        Whether to compute everything again.
+    workers
+        Processes and threads; by default one a core.
+    progress
+        Whether to show progress bars.
+
+    Returns
+    -------
+    Path
+        The report, or the directory if there is none.
+
+    Raises
+    ------
+    ValueError
+        For an unknown number or method.
+    OSError
+        If files cannot be written.
+    """
+    numbers = check_numbers(only)
+    if method not in ("default", "nelder-mead"):
+        raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
+    directory, count = Path(out), checked_workers(workers)
+    for folder in (directory, *(directory / name for name in ("figures", "tables", "data"))):
+        make_directory(folder)
+    if fresh:
+        shutil.rmtree(directory / "data")
+        make_directory(directory / "data")
+    store = Store(directory / "data", method, count, progress)
+    drawing = {}
+    for chapter in CHAPTERS:
+        start = len(f"{chapter}.")
+        here = [number for number in numbers if number[:start] == f"{chapter}."]
+        drawing[chapter] = draw(store, directory, [FIGURES[number] for number in here if number in FIGURES])
+        for number in here:
+            if number not in FIGURES:
+                save_table(store.tables[number], directory / "tables" / f"{store.tables[number].stem}.csv")
+    if only:
+        return directory
+    drawing[BEYOND_CHAPTER] = draw(store, directory, list(BEYOND.values()))
+    return finish(store, directory, drawing)
+
+
+def check_numbers(only: Sequence[str]) -> tuple[str, ...]:
+    """Return the numbers of figures and tables to make: all, unless said otherwise."""
+    known = (*FIGURES, *TABLES)
+    if unknown := [number for number in only if number not in known]:
+        raise ValueError(f"only = {unknown[0]!r}: must be among {', '.join(known)}")
+    return tuple(only) or known
+
+
+def draw(store: Store, directory: Path, figures: Sequence[ThesisFigure]) -> float:
+    """Draw figures into PNG and PDF files; return the seconds that this took, once there were the data."""
+    data = {figure.source: getattr(store, figure.source) for figure in figures}
+    start = time.perf_counter()
+    words = f"drawing {figures[0].number} to {figures[-1].number}" if figures else ""
+    with progress_bar(words, len(figures), show=store.progress and bool(figures)) as tick:
+        work = (delayed(draw_one)(figure, data[figure.source], directory / "figures") for figure in figures)
+        for _ in Parallel(n_jobs=store.workers, return_as="generator")(work):
+            tick(1)
+    return time.perf_counter() - start
+
+
+def draw_one(figure: ThesisFigure, data: Any, folder: Path) -> None:
+    """Draw a figure into its files."""
+    drawn = figure.draw(data)
+    for suffix in (".png", ".pdf"):
+        save_figure(drawn, folder / f"{figure.stem}{suffix}")
+
+
+def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
+    """Judge the claims and write the report."""
+    results = store.results
+    verdicts = judge(results)
+    save_verdicts(verdicts, directory / "data" / "claims.csv")
+    pictures = {
+        key: directory / "figures" / f"{figure.stem}.png" for key, figure in [*FIGURES.items(), *BEYOND.items()]
+    }
+    timings = {
+        chapter: seconds
+        + sum(store.seconds[name] for name, (where, *_) in DATA.items() if where == chapter and name in store.seconds)
+        for chapter, seconds in drawing.items()
+    }
+    write_report(
+        directory / "report.html",
+        results=results,
+        verdicts=verdicts,
+        figures={number: Picture(pictures[number], figure.caption) for number, figure in FIGURES.items()},
+        tables=store.tables,
+        timings=timings,
+        beyond=sections(store.atlas, store.decays, store.back_pulls, store.fronts, pictures),
+        data=[
+            File(directory / "data" / f"{name}{suffix}", f"{text}, {kind}")
+            for name, (_, text, _) in DATA.items()
+            for suffix, kind in ((".nc", "netCDF"), (".csv", "CSV"))
+            if (directory / "data" / f"{name}{suffix}").is_file()
+        ],
+    )
+    return directory / "report.html"
+
+
+def save_verdicts(verdicts: Sequence[Verdict], path: Path) -> None:
+    """Save the verdicts as CSV."""
+    with whole_file(path) as file, file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(("number", "chapter", "claim", "verdict", "found", "why"))
+        for verdict in verdicts:
+            row = (verdict.number, verdict.chapter, verdict.claim, verdict.verdict, verdict.found, verdict.why)
+            writer.writerow(row)
