@@ -21,14 +21,16 @@ from legspring.optimisation import (
     End,
     Method,
     Optimum,
+    as_good,
     explore,
     finished,
     is_as_good_as_can_be,
+    lessen,
     nelder_mead,
     rank,
     scan,
-    settle,
     spread_out,
+    ties,
 )
 from legspring.progress import progress_bar
 from legspring.sweep import (
@@ -54,6 +56,8 @@ KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
 ROUNDS = 8
 """Most rounds of passing optima on to neighbours."""
+LESS = 0.01
+"""Difference of the sum of squared actuations that counts as a gain."""
 ALIKE = 0.1
 """Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
 CHUNK = 20
@@ -87,13 +91,17 @@ class Case:
 
 
 def explored(case: Case, seed: int) -> dict[Goal, list[End]]:
-    """Search a case for both goals."""
+    """Search a case for both goals; among the ends are candidates as good as can be, if there are any."""
     objectives = {goal: case.objective(goal) for goal in GOALS}
     candidates = scan(objectives["stability"].trial, seed, NODES)
-    return {
-        goal: explore(objective, spread_out(rank(objective, candidates), POLISHED))
-        for goal, objective in objectives.items()
-    }
+    found: dict[Goal, list[End]] = {}
+    for goal, objective in objectives.items():
+        ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
+        if ends and is_as_good_as_can_be(objective, ends[0]):
+            scores = [objective(*candidate) for candidate in ties(objective, candidates, ends[0])]
+            ends += [End(score, ends[0].reason) for score in scores if score.total < as_good(objective, ends[0])]
+        found[goal] = ends
+    return found
 
 
 def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence[End]) -> list[End]:
@@ -117,9 +125,22 @@ def are_alike(one: Candidate, other: Candidate) -> bool:
     return bool(np.max(np.abs(one[0] - other[0])) < ALIKE and np.max(np.abs(one[1][1:] - other[1][1:])) < APART)
 
 
-def settled(case: Case, goal: Goal, ends: Sequence[End]) -> dict[str, Any] | None:
-    """Take the least actuation among those as good as the best, and measure that gait."""
-    optimum = settle(case.objective(goal), ends)
+def lessened(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence[End]) -> list[End]:
+    """Look for a smaller actuation than the first end's, from starts that are unlike it, as good as the best end."""
+    best = min(ends, key=lambda end: end.score.total)
+    news = [start for start in starts if not are_alike(start, ends[0].candidate)]
+    return [lessen(case.objective(goal), ends[0], best, news), *ends[1:]]
+
+
+def settled(case: Case, goal: Goal, ends: Sequence[End]) -> list[End]:
+    """Look for a smaller actuation from all of a case's own ends; put it before them."""
+    objective = case.objective(goal)
+    return [lessen(objective, ends[0], ends[0], [end.candidate for end in ends]), *ends]
+
+
+def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
+    """Return what a dataset says about the end of a search; None if that is no gait after all."""
+    optimum = finished(case.objective(goal), end, "default")
     return None if optimum is None else described(optimum)
 
 
@@ -134,25 +155,41 @@ def best_total(ends: Sequence[End]) -> float:
     return min((end.score.total for end in ends), default=math.inf)
 
 
-def pass_on(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], pool: "Pool") -> None:
-    """Start searches from the best of neighbouring cells, until nothing gets better."""
+def pass_on(
+    cases: dict[Spot, Case],
+    ends: dict[tuple[Spot, Goal], list[End]],
+    search: Callable[[Case, Goal, Sequence[Candidate], Sequence[End]], list[End]],
+    count: int,
+    gain: Callable[[Sequence[End], Sequence[End]], bool],
+    pool: "Pool",
+) -> None:
+    """Start searches from the first ends of neighbouring cells, until there is no gain any more."""
     fresh = {key for key, found in ends.items() if found}
     for _ in range(ROUNDS):
         tasks, keys = [], []
         for (row, column, family), case in cases.items():
             for goal in GOALS:
+                key = ((row, column, family), goal)
                 around = [((*near, family), goal) for near in neighbours((row, column))]
-                starts = [end.candidate for near in around if near in fresh for end in ends[near]]
-                if starts:
-                    keys.append(((row, column, family), goal))
-                    tasks.append((case, goal, starts, ends[keys[-1]]))
-        fresh = set()
-        for key, found in zip(keys, pool.run(improved, tasks), strict=True):
-            if found and best_total(found) < best_total(ends[key]) - 0.3 * TIE:
-                fresh.add(key)
-            ends[key] = found
+                starts = [end.candidate for near in around if near in fresh for end in ends[near][:count]]
+                if starts and (ends[key] or search is improved):
+                    keys.append(key)
+                    tasks.append((case, goal, starts, ends[key]))
+        found = dict(zip(keys, pool.run(search, tasks), strict=True))
+        fresh = {key for key in keys if found[key] and gain(ends[key], found[key])}
+        ends |= found
         if not fresh:
             return
+
+
+def is_better(before: Sequence[End], after: Sequence[End]) -> bool:
+    """Whether the objective has become smaller."""
+    return best_total(after) < best_total(before) - 0.3 * TIE
+
+
+def is_less(before: Sequence[End], after: Sequence[End]) -> bool:
+    """Whether the actuation has become smaller."""
+    return after[0].effort < before[0].effort - LESS
 
 
 def default_search(
@@ -163,12 +200,15 @@ def default_search(
     ends = {(spot, goal): here[goal] for spot, here in zip(cases, found, strict=True) for goal in GOALS}
     tasks = [(cases[spot], goal, [start], ends[spot, goal]) for (spot, goal), start in known.items()]
     ends |= dict(zip(known, pool.run(improved, tasks), strict=True))
-    pass_on(cases, ends, pool)
+    pass_on(cases, ends, improved, KEPT, is_better, pool)
     keys = [key for key, here in ends.items() if here]
-    best = pool.run(
-        settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "taking the least actuation"
+    least = pool.run(settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "least actuations")
+    ends |= dict(zip(keys, least, strict=True))
+    pass_on(cases, ends, lessened, 1, is_less, pool)
+    values = pool.run(
+        measured_end, [(cases[spot], goal, ends[spot, goal][0]) for spot, goal in keys], "measuring gaits"
     )
-    return {key: values for key, values in zip(keys, best, strict=True) if values is not None}
+    return {key: value for key, value in zip(keys, values, strict=True) if value is not None}
 
 
 def known_optima(cases: dict[Spot, Case], optima: xr.Dataset) -> dict[tuple[Spot, Goal], Candidate]:

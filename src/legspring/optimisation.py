@@ -59,6 +59,11 @@ class End(NamedTuple):
         assert self.score.unknowns is not None
         return self.score.actuation, self.score.unknowns
 
+    @property
+    def effort(self) -> float:
+        """Sum of squared actuations, in units of nominal lengths."""
+        return float(np.sum(self.score.actuation**2))
+
 
 @dataclass(frozen=True)
 class Optimum(Gait):
@@ -307,18 +312,29 @@ def settle(objective: Objective, ends: Sequence[End], candidates: Sequence[Candi
     """Take the least actuation among those as good as the best, and make it a gait; None if there is nothing."""
     if not ends:
         return None
-    best = ends[0]
-    least = objective.floor if is_as_good_as_can_be(objective, best) else best.score.total
-    most = least + TIE
-    good = [end.candidate for end in ends if end.score.total <= most]
-    starts = sorted([*good, *rank(objective, candidates, most)], key=lambda candidate: float(np.sum(candidate[0] ** 2)))
-    for start in [*good[:1], *spread_out(starts, 2)]:
-        end = polish(objective, start, least + 0.95 * TIE)
-        if end is None or end.score.total > most:
-            continue
-        if np.sum(end.score.actuation**2) < np.sum(best.score.actuation**2):
-            best = End(end.score, ends[0].reason)
-    return finished(objective, best, "default")
+    starts = [*(end.candidate for end in ends), *ties(objective, candidates, ends[0])]
+    return finished(objective, lessen(objective, ends[0], ends[0], starts), "default")
+
+
+def as_good(objective: Objective, best: End) -> float:
+    """Return the objective of gaits that are as good as the best one: greater by what does not count."""
+    return (objective.floor if is_as_good_as_can_be(objective, best) else best.score.total) + TIE
+
+
+def ties(objective: Objective, candidates: Sequence[Candidate], best: End) -> list[Candidate]:
+    """Choose a few candidates that are as good as the best end, the least actuated first."""
+    good = rank(objective, candidates, as_good(objective, best))
+    return spread_out(sorted(good, key=lambda candidate: float(np.sum(candidate[0] ** 2))), 3)
+
+
+def lessen(objective: Objective, end: End, best: End, starts: Iterable[Candidate]) -> End:
+    """Look for a smaller actuation than that of an end, from some starts, among gaits as good as the best."""
+    most = as_good(objective, best)
+    for start in starts:
+        other = polish(objective, start, most - 0.05 * TIE)
+        if other is not None and other.score.total <= most and other.effort < end.effort:
+            end = End(other.score, best.reason)
+    return end
 
 
 def front(objective: Objective, stable: Candidate, cheap: Candidate, points: int) -> list[Score]:
