@@ -31,6 +31,7 @@ from legspring.optimisation import (
     scan,
     spread_out,
     ties,
+    ties_of,
 )
 from legspring.progress import progress_bar
 from legspring.sweep import (
@@ -135,7 +136,7 @@ def lessened(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
 def settled(case: Case, goal: Goal, ends: Sequence[End]) -> list[End]:
     """Look for a smaller actuation from all of a case's own ends; put it before them."""
     objective = case.objective(goal)
-    return [lessen(objective, ends[0], ends[0], [end.candidate for end in ends]), *ends]
+    return [lessen(objective, ends[0], ends[0], ties_of(objective, ends)), *ends]
 
 
 def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
@@ -200,7 +201,7 @@ def default_search(
     ends = {(spot, goal): here[goal] for spot, here in zip(cases, found, strict=True) for goal in GOALS}
     tasks = [(cases[spot], goal, [start], ends[spot, goal]) for (spot, goal), start in known.items()]
     ends |= dict(zip(known, pool.run(improved, tasks), strict=True))
-    pass_on(cases, ends, improved, KEPT, is_better, pool)
+    pass_on(cases, ends, improved, 2, is_better, pool)
     keys = [key for key, here in ends.items() if here]
     least = pool.run(settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "least actuations")
     ends |= dict(zip(keys, least, strict=True))

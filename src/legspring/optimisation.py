@@ -312,13 +312,18 @@ def settle(objective: Objective, ends: Sequence[End], candidates: Sequence[Candi
     """Take the least actuation among those as good as the best, and make it a gait; None if there is nothing."""
     if not ends:
         return None
-    starts = [*(end.candidate for end in ends), *ties(objective, candidates, ends[0])]
+    starts = [*ties_of(objective, ends), *ties(objective, candidates, ends[0])]
     return finished(objective, lessen(objective, ends[0], ends[0], starts), "default")
 
 
 def as_good(objective: Objective, best: End) -> float:
     """Return the objective of gaits that are as good as the best one: greater by what does not count."""
     return (objective.floor if is_as_good_as_can_be(objective, best) else best.score.total) + TIE
+
+
+def ties_of(objective: Objective, ends: Sequence[End]) -> list[Candidate]:
+    """Return the ends that are as good as the first one."""
+    return [end.candidate for end in ends if end.score.total <= as_good(objective, ends[0])]
 
 
 def ties(objective: Objective, candidates: Sequence[Candidate], best: End) -> list[Candidate]:

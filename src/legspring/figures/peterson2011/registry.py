@@ -1,4 +1,4 @@
-"""What the figures of the thesis have in common: a number, what they are drawn from, and words."""
+"""What the figures of the report have in common: a number or name, what they are drawn from, and words."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,9 @@ from typing import Literal
 
 from matplotlib.figure import Figure
 
-Source = Literal["gait", "simulation", "setting", "atlas", "optima", "selected", "measured"]
+Source = Literal[
+    "gait", "simulation", "setting", "atlas", "optima", "selected", "measured", "decays", "back_pulls", "fronts"
+]
 """What a figure is drawn from:
 
 - ``gait``: a `legspring.Gait` at `GAIT`
@@ -16,6 +18,9 @@ Source = Literal["gait", "simulation", "setting", "atlas", "optima", "selected",
 - ``optima``: gaits with the best actuation, over objective, slope, heading and family
 - ``selected``: those of the best family of each cell
 - ``measured``: `legspring.data.published_forces`
+- ``decays``: of `legspring.peterson2011.beyond.decays`
+- ``back_pulls``: an atlas of the families in which the back legs pull
+- ``fronts``: gaits of each family from the most stable to the cheapest, over slope_deg, family and point
 """
 
 FAMILY_WORDS = "A: all legs push; FB: front and back; MB: middle and back; B: back only"
@@ -23,12 +28,12 @@ FAMILY_WORDS = "A: all legs push; FB: front and back; MB: middle and back; B: ba
 
 @dataclass(frozen=True)
 class ThesisFigure:
-    """One of the thesis's figures, drawn from our own data in its colour ranges.
+    """One of the thesis's figures, drawn from our own data in its colour ranges, or of those beyond it.
 
     Attributes
     ----------
     number
-        As in the thesis.
+        As in the thesis; beyond it a name, such as beyond_decays.
     source
         The data that `draw` takes.
     draw
@@ -45,4 +50,4 @@ class ThesisFigure:
     @property
     def stem(self) -> str:
         """Name of its file, without the ending."""
-        return f"figure_{self.number.replace('.', '_')}"
+        return f"figure_{self.number.replace('.', '_')}" if self.number[0].isdecimal() else self.number
