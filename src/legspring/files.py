@@ -105,7 +105,9 @@ def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time
     rows
         Dimensions that make the rows, those in which everything is missing left out; the others make columns.
     """
-    table = dataset[[name for name, series in dataset.data_vars.items() if set(rows) <= set(series.dims)]]
+    table = dataset[
+        [name for name, series in dataset.data_vars.items() if set(rows) <= set(series.dims) and series.size]
+    ]
     table = table.stack(row=list(rows)) if len(rows) > 1 else table.rename({rows[0]: "row"})
     columns = {dim: table[dim].values for dim in rows if len(rows) > 1} or {rows[0]: table["row"].values}
     for name, series in table.data_vars.items():

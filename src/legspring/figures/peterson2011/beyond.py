@@ -1,0 +1,231 @@
+"""Beyond the thesis: the second branch, true stability, back legs that pull, and what stability costs.
+
+`BEYOND` has the figures by name, in the form of the thesis's own.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
+from legspring.figures.peterson2011.chapter4 import COSTS, EIGENVALUES
+from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
+from legspring.figures.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled
+
+MOST_DOTS = 30
+"""Touch-downs that are shown of a simulation; more would hide the lines."""
+LEAST_SPAN = 0.1
+"""Least range of an axis: fronts that are a single point shall not be blown up."""
+
+
+def second_minus_first(atlas: xr.Dataset) -> xr.Dataset:
+    """Return by how much the measures of the second branch exceed those of the first; its families are the second's."""
+    both = atlas.reindex(branch=[0, 1], fill_value={"family": ""})
+    first, second = both.isel(branch=0), both.isel(branch=1)
+    names = ["reduced_eigenvalue", "max_multiplier", "transport_cost"]
+    return (second[names] - first[names]).assign(family=second["family"]).assign_attrs(atlas.attrs)
+
+
+def complete_minus_reduced(atlas: xr.Dataset) -> xr.DataArray:
+    """Return by how much the largest multiplier of the complete map exceeds the thesis's eigenvalue."""
+    words = {"long_name": "multiplier of the complete map minus eigenvalue of the reduced map"}
+    return (atlas["max_multiplier"] - atlas["reduced_eigenvalue"]).assign_attrs(words)
+
+
+@styled
+def second_branch(atlas: xr.Dataset) -> Figure:
+    """Draw maps of how much more unstable and costly the second branch is than the first."""
+    change = second_minus_first(atlas)
+    return _two_maps(
+        change,
+        ("reduced_eigenvalue", "eigenvalue (thesis), second minus published", None),
+        ("transport_cost", "transport cost, second minus published", None),
+    )
+
+
+@styled
+def true_stability(atlas: xr.Dataset) -> Figure:
+    """Draw maps of the complete map's largest multiplier, and of how much it exceeds the thesis's eigenvalue."""
+    first = atlas.isel(branch=0)
+    return _two_maps(
+        first.assign(excess=complete_minus_reduced(first)),
+        ("max_multiplier", "largest multiplier, complete map", EIGENVALUES),
+        ("excess", "complete minus reduced map (thesis)", None),
+    )
+
+
+@styled
+def back_legs_pull(back_pulls: xr.Dataset) -> Figure:
+    """Draw maps of stability and cost of the gaits whose back legs pull."""
+    return _two_maps(
+        back_pulls.isel(branch=0),
+        ("max_multiplier", "largest multiplier, complete map", EIGENVALUES),
+        ("transport_cost", "transport cost", COSTS),
+    )
+
+
+def _two_maps(gaits: xr.Dataset, *panels: tuple[str, str, Limits | None]) -> Figure:
+    """Draw maps side by side, each in its own colours; panels are of a variable, a title and limits."""
+    figure, grid = panel_grid(len(panels))
+    maps = []
+    for letter, axes, (name, title, limits) in zip("ab", grid, panels, strict=True):
+        maps.append(draw_map(axes, gaits, name, limits=limits, title=f"{letter}) {title}")._replace(words=""))
+        add_bar(figure, maps[-1:])
+    add_legend(figure, maps)
+    return figure
+
+
+@styled
+def decay(decays: xr.Dataset) -> Figure:
+    """Draw the distance of disturbed gaits from undisturbed ones against time, beside both predictions.
+
+    Parameters
+    ----------
+    decays
+        Of `legspring.peterson2011.beyond.decays`.
+    """
+    columns = min(3, decays.sizes["gait"])
+    rows = -(-decays.sizes["gait"] // columns)
+    figure = new_figure(PAGE, 0.33 * PAGE * rows)
+    panels = figure.subplots(rows, columns, sharey=True, squeeze=False)
+    for number, axes in enumerate(panels.flat):
+        if number < decays.sizes["gait"]:
+            _decay_of_one(axes, decays.isel(gait=number))
+        else:
+            axes.remove()
+    figure.supxlabel("strides")
+    figure.supylabel("distance from the gait")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure
+
+
+def _decay_of_one(axes: Axes, one: xr.Dataset) -> None:
+    """Draw the distance of one gait; both predictions start where the fit does."""
+    strides, distance = one["stride"].values, one["distance"].values
+    low, high = one.attrs["fit_from"], one.attrs["fit_to"]
+    below = np.flatnonzero(distance < 0.1 * low)
+    end = min(below[0] + 4 if len(below) else len(strides), len(strides))
+    start = int(np.argmax(distance < high))
+    axes.axhspan(low, high, color="0.93", linewidth=0.0, label="fitted")
+    axes.plot(
+        strides[:end],
+        distance[:end],
+        "o",
+        color=GRAY,
+        markersize=2.5,
+        markevery=-(-end // MOST_DOTS),
+        label="simulated",
+    )
+    later = strides[start:end] - strides[start]
+    for name, words, line, colour in (
+        ("max_multiplier", "complete map", "-", COLOURS[0]),
+        ("reduced_eigenvalue", "reduced map (thesis)", "--", COLOURS[1]),
+    ):
+        predicted = distance[start] * float(one[name]) ** later
+        axes.plot(strides[start:end], predicted, line, color=colour, label=words)
+    axes.set(yscale="log", title=str(one["gait"].item()), ylim=(1e-2 * low, 1e4 * high), xlim=(0.0, None))
+
+
+@styled
+def trade_off(fronts: xr.Dataset) -> Figure:
+    """Draw eigenvalue against cost from the most stable to the cheapest gait of each family, a panel for each slope.
+
+    Parameters
+    ----------
+    fronts
+        Over slope_deg, family and point; heading (rad) is among its attributes.
+    """
+    slopes = fronts["slope_deg"].values
+    columns = min(len(slopes), 2)
+    rows = -(-len(slopes) // columns)
+    figure = new_figure(PAGE, 0.38 * PAGE * rows)
+    panels = figure.subplots(rows, columns, squeeze=False)
+    for axes in panels.flat[len(slopes) :]:
+        axes.remove()
+    lines: dict[str, Line2D] = {}
+    for axes, slope in zip(panels.flat, slopes, strict=False):
+        lines |= _fronts_of_slope(axes, fronts.sel(slope_deg=slope))
+        axes.set_title(f"{slope:g} deg, {fronts.attrs['heading']:g} rad")
+    ends = [
+        Line2D(
+            [], [], linestyle="none", marker="o", markersize=8, markeredgecolor=GRAY, markerfacecolor=face, label=words
+        )
+        for face, words in ((GRAY, "most stable"), ("white", "cheapest"))
+    ]
+    figure.supxlabel("transport cost")
+    figure.supylabel("largest eigenvalue magnitude (thesis)")
+    families = [lines[str(family)] for family in fronts["family"].values if str(family) in lines]
+    figure.legend(handles=[*families, *ends], loc="outside upper center", ncols=len(families) + 2)
+    return figure
+
+
+def _fronts_of_slope(axes: Axes, fronts: xr.Dataset) -> dict[str, Line2D]:
+    """Draw a front for each family that has one; return their lines."""
+    lines = {}
+    for number, family in enumerate(map(str, fronts["family"].values)):
+        front = fronts.sel(family=family).dropna("point")
+        cost, eigenvalue = front["transport_cost"].values, front["reduced_eigenvalue"].values
+        if not len(cost):
+            continue
+        look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)]}
+        (lines[family],) = axes.plot(cost, eigenvalue, "-", label=family, **look)
+        # Hollow over filled where both ends are one gait.
+        axes.plot(cost[:1], eigenvalue[:1], markersize=8, zorder=3, **look)
+        axes.plot(cost[-1:], eigenvalue[-1:], markersize=5.5, markerfacecolor="white", zorder=4, **look)
+    for limits, change in ((axes.get_xlim(), axes.set_xlim), (axes.get_ylim(), axes.set_ylim)):
+        middle, span = 0.5 * sum(limits), max(1.1 * (limits[1] - limits[0]), LEAST_SPAN)
+        change(middle - 0.5 * span, middle + 0.5 * span)
+    axes.ticklabel_format(useOffset=False)
+    return lines
+
+
+BEYOND: Mapping[str, ThesisFigure] = {
+    figure.number: figure
+    for figure in (
+        ThesisFigure(
+            "beyond_second_branch",
+            "atlas",
+            second_branch,
+            "The second gait of a cell minus the published one: a) largest eigenvalue magnitude as the thesis has it, "
+            "b) transport cost. Where it is blue, the second is the more stable or the cheaper one. Markers show the "
+            f"second gait's family ({FAMILY_WORDS}); hatched cells have no second gait.",
+        ),
+        ThesisFigure(
+            "beyond_true_stability",
+            "atlas",
+            true_stability,
+            "Stability of the published gaits: a) largest magnitude of the complete map's multipliers, which says how "
+            "much of a disturbance a stride leaves, in the colours of Figure 4.2; b) the same minus the thesis's "
+            "eigenvalue. Where it is red, the gait is less stable than the thesis has it.",
+        ),
+        ThesisFigure(
+            "beyond_decays",
+            "decays",
+            decay,
+            "Decay of small disturbances of published gaits. Dots: distance from the undisturbed gait at each "
+            "touch-down, in simulations. Lines: slopes that the two maps predict, from where the fit begins. The "
+            "fit uses the shaded range, below the first transient and above the accuracy of the integration.",
+        ),
+        ThesisFigure(
+            "beyond_back_legs_pull",
+            "back_pulls",
+            back_legs_pull,
+            "Gaits whose back legs pull: a) largest magnitude of the complete map's multipliers, b) transport cost. "
+            "Markers show which legs push (F: front; M: middle; none: all legs pull). Where there are several in a cell, the one "
+            "with the most negative phase of the back legs is shown.",
+        ),
+        ThesisFigure(
+            "beyond_trade_off",
+            "fronts",
+            trade_off,
+            "Stability against efficiency: largest eigenvalue magnitude and transport cost of gaits with optimised "
+            "actuation, for each slope and family. Along a line, no gait is both more stable and cheaper than another "
+            "one. The axes differ from panel to panel.",
+        ),
+    )
+}

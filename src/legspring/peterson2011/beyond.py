@@ -1,0 +1,500 @@
+"""What there is beyond the thesis: a chapter of the report. Every number in it is computed from the data."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from operator import itemgetter
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from legspring.figures.peterson2011.beyond import BEYOND, complete_minus_reduced, second_minus_first
+from legspring.gait import Gait
+from legspring.kernel.walker import VX, VY, Floats, X, Y
+from legspring.model import Animal
+from legspring.peterson2011.claims.evidence import animal_of, exists
+from legspring.peterson2011.report import Picture, Section
+from legspring.peterson2011.tables import LEG_WORDS, Cell, Table
+from legspring.returnmap import Start, flow
+from legspring.setting import TIGHT
+from legspring.solve import find_gaits
+from legspring.sweep import provenance
+
+CELLS = ((75.0, 0.15), (60.0, 0.40), (70.0, 0.05), (60.0, 0.15), (30.0, 0.15), (0.0, 0.30))
+"""Slopes (deg) and headings (rad) of the gaits that are disturbed: where the two maps differ, and where they agree."""
+NUDGE = 1e-4
+"""The disturbances: this share of the speed, and this angle in rad."""
+STRIDES = 60
+FIT = (1e-12, 1e-7)
+"""Distances, in step lengths, from which the decay is fitted: below the transient, above the integration's accuracy."""
+FEWEST = 4
+"""Least number of touch-downs to fit a decay to."""
+
+SAME = 1e-6
+"""Differences below it are none."""
+STABLE = 0.1
+"""Eigenvalue below which we speak of a gait that is all but ideally stable."""
+YIELD = 0.05
+"""How much of the eigenvalue to give up for a lower cost."""
+FREE = 0.01
+"""Difference of costs below which there is no conflict of stability and efficiency."""
+STRIKING = 5
+"""How many cells of each kind a table names."""
+
+
+def decays(animal: Animal, cells: Sequence[tuple[float, float]] = CELLS) -> xr.Dataset:
+    """Disturb gaits slightly and measure how fast the disturbance decays.
+
+    Parameters
+    ----------
+    animal
+        The animal.
+    cells
+        Slope (deg) and heading (rad) of each gait; of several gaits the first branch is taken.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over gait and stride: ``distance`` from the undisturbed gait at each touch-down; over gait: ``decay``, the
+        share of a disturbance that is left after a stride (missing if there are too few touch-downs to fit), beside
+        ``reduced_eigenvalue`` and ``max_multiplier``, and ``slope_deg``, ``heading`` and ``family``.
+
+    Raises
+    ------
+    ValueError
+        If there is no gait in a cell.
+    legspring.returnmap.IntegrationError
+        If a disturbed gait cannot be simulated.
+    """
+    gaits = [_first_gait(animal, *cell) for cell in cells]
+    distances = np.array([_distance(gait) for gait in gaits])
+    strides: Floats = 0.5 * np.arange(distances.shape[1], dtype=float)
+    about = {"title": f"Decay of small disturbances of gaits of {animal.name}", "fit_from": FIT[0], "fit_to": FIT[1]}
+    return xr.Dataset(
+        {
+            "slope_deg": ("gait", [gait.slope_deg for gait in gaits], {"units": "degrees"}),
+            "heading": ("gait", [gait.heading for gait in gaits], {"units": "rad"}),
+            "family": ("gait", [gait.family for gait in gaits]),
+            "reduced_eigenvalue": ("gait", [gait.reduced_eigenvalue for gait in gaits]),
+            "max_multiplier": ("gait", [abs(gait.multipliers[0]) for gait in gaits]),
+            "decay": ("gait", [_rate(strides, distance) for distance in distances]),
+            "distance": (("gait", "stride"), distances, {"long_name": "distance from the gait", "units": "1"}),
+        },
+        coords={"gait": [f"{slope:g} deg, {heading:g} rad" for slope, heading in cells], "stride": strides},
+        attrs=provenance(animal, {}) | about,
+    )
+
+
+def _first_gait(animal: Animal, slope_deg: float, heading: float) -> Gait:
+    gaits = find_gaits(animal, slope_deg=slope_deg, heading=heading)
+    if not gaits:
+        raise ValueError(f"cells: there is no gait at {slope_deg:g} deg, {heading:g} rad")
+    return gaits[0]
+
+
+def _distance(gait: Gait) -> Floats:
+    """Distance at each touch-down of gaits disturbed in speed and in heading, taken together.
+
+    A single disturbance turns in the plane of a complex pair of multipliers, so that its distance goes up and down.
+    """
+    start = gait.start
+    disturbed = replace(start, speed=start.speed * (1.0 + NUDGE)), replace(start, heading=start.heading + NUDGE)
+    undisturbed = _touchdowns(gait, start)
+    away = np.array([_touchdowns(gait, other) - undisturbed for other in disturbed])
+    distance: Floats = np.sqrt(np.sum(np.square(away), axis=(0, 2)))
+    return distance
+
+
+def _touchdowns(gait: Gait, start: Start) -> Floats:
+    """Velocity and displacement over the step before at each touch-down, mirrored after odd steps, in step lengths."""
+    length = gait.setting.step_length
+    states = flow(gait.setting, gait.phase, start, steps=2 * STRIDES, accuracy=TIGHT)[1].touchdowns
+    # The feet that are down at the start are those of the gait.
+    moved = np.diff(states[:, [X, Y]], axis=0, prepend=[[0.0, -length]])
+    complete = np.hstack([states[:, [VX, VY]], moved])
+    complete[1::2, [0, 2]] *= -1.0
+    return complete / length
+
+
+def _rate(strides: Floats, distance: Floats) -> float:
+    """Share of a distance that is left after a stride, by a straight line through its logarithms."""
+    used = (distance > FIT[0]) & (distance < FIT[1])
+    if np.count_nonzero(used) < FEWEST:
+        return float("nan")
+    return float(np.exp(np.polyfit(strides[used], np.log(distance[used]), 1)[0]))
+
+
+def sections(
+    atlas: xr.Dataset, decays: xr.Dataset, back_pulls: xr.Dataset, fronts: xr.Dataset, pictures: Mapping[str, Path]
+) -> list[Section]:
+    """Write the chapter.
+
+    Parameters
+    ----------
+    atlas
+        Gaits with the thesis's actuation, of `legspring.atlas`; branch 0 is the published one.
+    decays
+        Of `decays`.
+    back_pulls
+        An atlas of the families in which the back legs pull.
+    fronts
+        Gaits from the most stable to the cheapest of each family: ``reduced_eigenvalue`` and ``transport_cost`` over
+        slope_deg, family and point, missing where there is none; heading (rad) is among its attributes.
+    pictures
+        PNG files of the figures `legspring.figures.peterson2011.beyond.BEYOND`, by name; those missing are left out.
+    """
+    shown = {name: Picture(path, BEYOND[name].caption) for name, path in pictures.items() if name in BEYOND}
+    parts = (
+        (_second_branch(atlas), ["beyond_second_branch"]),
+        (_true_stability(atlas, decays), ["beyond_true_stability", "beyond_decays"]),
+        (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
+        (_trade_off(fronts), ["beyond_trade_off"]),
+    )
+    return [replace(part, figures=[shown[name] for name in names if name in shown]) for part, names in parts]
+
+
+def _second_branch(atlas: xr.Dataset) -> Section:
+    heading = "A second gait in many cells"
+    both = atlas.reindex(branch=[0, 1], fill_value={"family": ""})
+    first, second = both.isel(branch=0), both.isel(branch=1)
+    there, total = exists(second), int(exists(first).sum())
+    if not there.any():
+        return Section(heading, [f"None of the {total} cells with a gait has a second one."])
+    pairs = zip(first["family"].values[there], second["family"].values[there], strict=True)
+    same = [str(one) for one, other in pairs if one == other]
+    hind = str(atlas["leg"].values[-1])
+    stance = [float(gaits["liftoff"].sel(leg=hind).where(there).median()) for gaits in (first, second)]
+    return Section(
+        heading,
+        [
+            f"Gaits are not unique: {int(there.sum())} of the {total} cells with a gait have a second one, which the "
+            f"thesis does not show. In {len(same)} of them it is of the same family as the published gait "
+            f"({_counts(same) or 'none'}). The stance of the {LEG_WORDS.get(hind, hind)} legs lasts {stance[1]:.2f} "
+            f"step durations in the second gait and {stance[0]:.2f} in the published one (medians over these cells).",
+            f"By the thesis's eigenvalue, the second gait is {_compare(both, 'reduced_eigenvalue', 'stable')}.",
+            f"By the complete map's multipliers, it is {_compare(both, 'max_multiplier', 'stable')}.",
+            f"It is {_compare(both, 'transport_cost', 'costly')}.",
+        ],
+        tables=[_striking_cells(both)],
+    )
+
+
+def _compare(both: xr.Dataset, name: str, quality: str) -> str:
+    """Say in how many cells the second branch is better and worse in a measure, by how much, and where most."""
+    change = second_minus_first(both)[name]
+    words = {"stable": ("more stable", "less stable"), "costly": ("cheaper", "dearer")}[quality]
+    parts = []
+    for word, gain in zip(words, (-change, change), strict=True):
+        gain = gain.where(gain > SAME)
+        if not gain.notnull().any():
+            parts.append(f"{word} in none")
+            continue
+        cell = _greatest(both, gain)
+        before, after = (float(value) for value in cell[name].values)
+        parts.append(
+            f"{word} in {_number_of(int(gain.count()), 'cell')} ({_spread(gain)}), by {float(gain.median()):.3f} in "
+            f"the median and {float(gain.max()):.3f} at most ({_place(cell)}: {after:.3f} instead of {before:.3f})"
+        )
+    return "; it is ".join(parts)
+
+
+def _striking_cells(both: xr.Dataset) -> Table:
+    """Return the cells in which the second gait gains most in stability, and those in which it gains most in cost."""
+    change = second_minus_first(both).stack(cell=("slope_deg", "heading"))
+    chosen: list[tuple[float, float]] = []
+    for name in ("reduced_eigenvalue", "transport_cost"):
+        gained = change[name][(change[name] < -SAME).values]
+        chosen += gained.sortby(gained)["cell"].values[:STRIKING].tolist()
+    names = {"eigenvalue": "reduced_eigenvalue", "multiplier": "max_multiplier", "cost": "transport_cost"}
+    rows: list[tuple[Cell, ...]] = []
+    for slope, heading in dict.fromkeys(chosen):
+        cell = both.sel(slope_deg=slope, heading=heading)
+        numbers = [float(cell[name][branch]) for name in names.values() for branch in (0, 1)]
+        families = [str(cell["family"].values[branch]) for branch in (0, 1)]
+        rows.append((slope, heading, *families, *numbers))
+    columns = [f"{name}_{which}" for name in ("family", *names) for which in ("published", "second")]
+    return Table(
+        "",
+        f"Up to {STRIKING} cells in which the second gait gains most in stability, and as many in which it gains most "
+        "in cost. Eigenvalue: of the thesis's map; multiplier: of the complete one.",
+        ("slope_deg", "heading_rad", *columns),
+        tuple(rows),
+    )
+
+
+def _true_stability(atlas: xr.Dataset, decays: xr.Dataset) -> Section:
+    published = atlas.isel(branch=0)
+    old, there = (published["liftoff"] > 1.0).any("leg"), exists(published)
+    all_old, everywhere = int((atlas["liftoff"] > 1.0).any("leg").sum()), int(exists(atlas).sum())
+    return Section(
+        "True stability",
+        [
+            "The thesis's eigenvalues are those of a reduced map: it starts with the feet of the step before where an "
+            "undisturbed run would have put them. Those feet matter if legs are still down when the next ones "
+            f"touch down, as in {int(old.sum())} of the {int(there.sum())} published gaits "
+            f"({_share(int(old.sum()), int(there.sum()))}) and in {all_old} of all {everywhere} "
+            f"({_share(all_old, everywhere)}). They remember where the body was a step ago. The complete map therefore "
+            "has the displacement over the last step among its variables, and the largest magnitude of its multipliers "
+            "is what is left of a disturbance after each stride.",
+            _both_maps(published, old),
+            _simulated(decays),
+        ],
+        tables=[_decay_table(decays)],
+    )
+
+
+def _both_maps(gaits: xr.Dataset, old: xr.DataArray) -> str:
+    """Say where the two maps agree and where, how often and how much they differ."""
+    difference, there = complete_minus_reduced(gaits), exists(gaits)
+    parts = []
+    if (there & ~old).any():
+        largest = float(abs(difference).where(~old).max())
+        parts.append(f"Where no leg is left down, both maps agree (to {max(largest, 1e-12):.0e}).")
+    if old.any():
+        less, more = (int((sign * difference > SAME).sum()) for sign in (1.0, -1.0))
+        parts.append(
+            f"Elsewhere {_number_of(less, 'gait')} are less stable than the thesis has them and {more} more stable, by "
+            f"{float(abs(difference).where(old).median()):.3f} in the median. The difference is greatest at "
+            + " and at ".join(_both_values(gaits, sign * difference) for sign in (1.0, -1.0))
+            + "."
+        )
+    multiplier = gaits["max_multiplier"]
+    if there.any():
+        ideal = [int((gaits[name] < STABLE).sum()) for name in ("reduced_eigenvalue", "max_multiplier")]
+        worst = _greatest(gaits, multiplier)
+        parts.append(
+            f"The largest magnitude is below {STABLE:g}, all but ideal, in {_number_of(ideal[0], 'gait')} by the "
+            f"thesis's map and in {ideal[1]} by the complete one. By the latter, {int((multiplier < 1.0).sum())} of "
+            f"{int(there.sum())} gaits are stable; the least stable one, with {float(worst['max_multiplier']):.3f}, "
+            f"is at {_place(worst)}."
+        )
+    return " ".join(parts)
+
+
+def _both_values(gaits: xr.Dataset, difference: xr.DataArray) -> str:
+    """Name the gait whose difference is the greatest, and say what each map makes of it."""
+    gait = _greatest(gaits, difference)
+    reduced, complete = float(gait["reduced_eigenvalue"]), float(gait["max_multiplier"])
+    return f"{_place(gait)} (thesis {reduced:.3f}, complete {complete:.3f})"
+
+
+def _simulated(decays: xr.Dataset) -> str:
+    """Say which map simulations bear out."""
+    measured = decays["decay"]
+    if not measured.notnull().any():
+        return "Simulations do not decide which is right: none of them could be fitted."
+    errors = {name: np.abs(decays[name] / measured - 1.0) for name in ("max_multiplier", "reduced_eigenvalue")}
+    worst = {name: f"{float(error.max()):.1%}" for name, error in errors.items()}
+    closer = int((errors["max_multiplier"] < errors["reduced_eigenvalue"]).sum())
+    return (
+        f"Simulations decide which is right: gaits were disturbed by {NUDGE:g} of their speed and {NUDGE:g} rad, and "
+        f"their distance from the undisturbed gait was followed from touch-down to touch-down. What a stride leaves "
+        f"of it differs from the complete map's multiplier by {worst['max_multiplier']} at most, and from the thesis's "
+        f"eigenvalue by up to {worst['reduced_eigenvalue']}; the complete map is closer in {closer} of "
+        f"{_number_of(int(measured.count()), 'gait')}."
+    )
+
+
+def _decay_table(decays: xr.Dataset) -> Table:
+    names = ("slope_deg", "heading", "family", "reduced_eigenvalue", "max_multiplier", "decay")
+    columns = ("slope_deg", "heading_rad", "family", "thesis's_eigenvalue", "complete_map", "simulated")
+    return Table(
+        "",
+        "What is left of a small disturbance after a stride: by the thesis's reduced map, by the complete map, and in "
+        "simulations.",
+        columns,
+        tuple(zip(*(decays[name].values.tolist() for name in names), strict=True)),
+    )
+
+
+def _back_legs_pull(atlas: xr.Dataset, back_pulls: xr.Dataset) -> Section:
+    heading, there = "Gaits whose back legs pull", exists(back_pulls)
+    if not there.any():
+        return Section(heading, ["A search among the families in which the back legs pull found no gait."])
+    published = atlas.isel(branch=0)
+    everywhere = int(there.sum(("slope_deg", "heading", "branch")))
+    paragraphs = [
+        "The thesis reports no gait whose back legs pull. We searched for them in the same way as for all others, and "
+        f"found {everywhere} in {_number_of(int(there.any('branch').sum()), 'cell')} of "
+        f"{there.isel(branch=0).size} ({_spread(there.where(there))}).",
+        f"By the complete map, {int((back_pulls['max_multiplier'] < 1.0).sum())} of the {everywhere} are stable. Beside "
+        f"the published gait of the same cell, {_beside(back_pulls, published, 'max_multiplier', 'stable')}; "
+        f"{_beside(back_pulls, published, 'transport_cost', 'costly')}.",
+    ]
+    return Section(heading, paragraphs, tables=[_family_table(back_pulls, published)])
+
+
+def _beside(gaits: xr.Dataset, published: xr.Dataset, name: str, quality: str) -> str:
+    """Say how gaits compare with the published ones of their cells in a measure."""
+    change = gaits[name] - published[name]
+    better, worse = {"stable": ("more stable", "less stable"), "costly": ("cheaper", "dearer")}[quality]
+    text = f"{int((change < -SAME).sum())} are {better} and {int((change > SAME).sum())} {worse}"
+    if not (change < -SAME).any():
+        return text
+    gait = _greatest(gaits, -change)
+    before = published[name].sel(slope_deg=gait["slope_deg"], heading=gait["heading"])
+    values = f"{float(gait[name]):.3f} instead of {float(before):.3f}"
+    return f"{text}, at best by {-float(change.min()):.3f} ({_place(gait)}: {values})"
+
+
+def _family_table(gaits: xr.Dataset, published: xr.Dataset) -> Table:
+    """Return where each family has gaits and what they are like, beside the published gaits of the same cells."""
+    rows: list[tuple[Cell, ...]] = []
+    for family, pushing in animal_of(gaits).families.items():
+        chosen = gaits.where(gaits["family"] == family)
+        there = exists(chosen)
+        if not there.any():
+            continue
+        others = published.where(there.any("branch"))
+        words = ", ".join(LEG_WORDS.get(pair, pair) for pair in pushing) or "none"
+        medians = [
+            float(each[name].median()) for name in ("max_multiplier", "transport_cost") for each in (chosen, others)
+        ]
+        rows.append((words, float(there.sum()), _spread(there.where(there)), *medians))
+    names = [f"{name}_{whose}" for name in ("multiplier", "cost") for whose in ("here", "published")]
+    return Table(
+        "",
+        "Gaits whose back legs pull, by the legs that push: how many and where, and the medians of the complete map's "
+        "largest multiplier and of the cost, here and of the published gaits in the same cells.",
+        ("pushing", "gaits", "where", *names),
+        tuple(rows),
+    )
+
+
+def _trade_off(fronts: xr.Dataset) -> Section:
+    heading = "What stability costs"
+    rows = [row for slope in fronts["slope_deg"].values.tolist() if (row := _bargain(fronts.sel(slope_deg=slope)))]
+    if not rows:
+        return Section(heading, ["There are no gaits with optimised actuation to compare."])
+    free = [row for row in rows if row.stable_cost - row.least_cost <= FREE]
+    dear = [row for row in rows if row not in free]
+    paragraphs = [
+        f"A gait may be optimised for stability or for efficiency, or for anything in between. At heading "
+        f"{fronts.attrs['heading']:g} rad, the front from the most stable to the cheapest gait was computed for "
+        f"{_number_of(len(rows), 'slope')}, family by family; what follows compares all families.",
+    ]
+    if dear:
+        falls = "; ".join(
+            f"at {row.slope:g} deg from {row.stable_cost:.3f} to {row.yielding_cost:.3f} "
+            f"({_share(row.stable_cost - row.yielding_cost, row.stable_cost - row.least_cost)} of what the cheapest gait "
+            "would save)"
+            for row in dear
+        )
+        paragraphs.append(
+            f"Where the two conflict, the last bit of stability has its price. If the eigenvalue may be {YIELD:g} "
+            f"above the least, the cost falls {falls}."
+        )
+    if free:
+        paragraphs.append(
+            f"There is no conflict at {_list([f'{row.slope:g}' for row in free])} deg: there the most stable gait "
+            f"costs at most {FREE:g} more than the cheapest one."
+        )
+    return Section(heading, paragraphs, tables=[_bargain_table(rows)])
+
+
+class Bargain(NamedTuple):
+    """What stability costs at a slope, over all families.
+
+    Attributes
+    ----------
+    slope
+        deg.
+    stable_family, least_eigenvalue, stable_cost
+        The most stable gait; of several, the cheapest.
+    yielding_family, yielding_cost
+        The cheapest gait whose eigenvalue is at most `YIELD` above the least.
+    cheap_family, least_cost, cheap_eigenvalue
+        The cheapest gait; of several, the most stable.
+    """
+
+    slope: float
+    stable_family: str
+    least_eigenvalue: float
+    stable_cost: float
+    yielding_family: str
+    yielding_cost: float
+    cheap_family: str
+    least_cost: float
+    cheap_eigenvalue: float
+
+
+def _bargain(fronts: xr.Dataset) -> Bargain | None:
+    """Find the ends of all fronts of a slope, and the cheapest gait near the more stable end."""
+    known = fronts.stack(gait=("family", "point")).dropna("gait")
+    gaits = list(
+        zip(
+            known["reduced_eigenvalue"].values.tolist(),
+            known["transport_cost"].values.tolist(),
+            known["family"].values.tolist(),
+            strict=True,
+        )
+    )
+    if not gaits:
+        return None
+    stable = min(gaits)
+    yielding = min((gait for gait in gaits if gait[0] <= stable[0] + YIELD), key=itemgetter(1, 0))
+    cheap = min(gaits, key=itemgetter(1, 0))
+    return Bargain(
+        float(fronts["slope_deg"]), stable[2], *stable[:2], yielding[2], yielding[1], cheap[2], cheap[1], cheap[0]
+    )
+
+
+def _bargain_table(rows: Sequence[Bargain]) -> Table:
+    return Table(
+        "",
+        f"The most stable gait at each slope, the cheapest one whose eigenvalue is at most {YIELD:g} larger, and the "
+        "cheapest one of all.",
+        (
+            "slope_deg",
+            "most_stable",
+            "eigenvalue",
+            "cost",
+            f"within_{YIELD:g}",
+            "cost_within",
+            "cheapest",
+            "least_cost",
+            "eigenvalue_of_cheapest",
+        ),
+        tuple(tuple(row) for row in rows),
+    )
+
+
+def _greatest(gaits: xr.Dataset, values: xr.DataArray) -> xr.Dataset:
+    """Return the gait, or the cell of gaits, at which values are greatest."""
+    place = np.unravel_index(np.nanargmax(values.values), values.shape)
+    return gaits.isel({dim: int(index) for dim, index in zip(values.dims, place, strict=True)})
+
+
+def _place(gait: xr.Dataset) -> str:
+    """Name the cell of a gait."""
+    return f"{float(gait['slope_deg']):g} deg, {float(gait['heading']):g} rad"
+
+
+def _spread(values: xr.DataArray) -> str:
+    """Say over which slopes and headings the values that are not missing spread."""
+    known = values.notnull()
+    ends = []
+    for name, unit in (("slope_deg", "deg"), ("heading", "rad")):
+        places = known[name].values[known.any([dim for dim in known.dims if dim != name]).values]
+        low, high = float(places.min()), float(places.max())
+        ends.append(f"{low:g} {unit}" if low == high else f"{low:g} to {high:g} {unit}")
+    return ", ".join(ends)
+
+
+def _counts(words: Sequence[str]) -> str:
+    """Count each word."""
+    return ", ".join(f"{count} {word}" for word, count in sorted(Counter(words).items()))
+
+
+def _number_of(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def _share(part: float, whole: float) -> str:
+    return f"{part / whole:.0%}" if whole else "none"
+
+
+def _list(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))

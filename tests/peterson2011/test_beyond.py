@@ -1,0 +1,165 @@
+"""The chapter beyond the thesis: its numbers are those of the data."""
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import legspring as ls
+from legspring.figures.peterson2011.beyond import BEYOND
+from legspring.peterson2011.beyond import decays, sections
+from legspring.peterson2011.report import Section
+
+HARD_CELLS = [(75.0, 0.15, 0.127, 0.203), (60.0, 0.40, 0.054, 0.084)]
+NAMES = ("second", "stability", "back", "trade")
+
+
+@pytest.fixture(scope="module")
+def simulated(roach: ls.Animal) -> xr.Dataset:
+    return decays(roach, [cell[:2] for cell in HARD_CELLS] + [(30.0, 0.15)])
+
+
+@pytest.fixture(scope="module")
+def atlas(roach: ls.Animal) -> xr.Dataset:
+    return ls.atlas(roach, impulses=())
+
+
+@pytest.fixture(scope="module")
+def back_pulls(roach: ls.Animal) -> xr.Dataset:
+    families = {"F": ("F",), "none": ()}
+    return ls.atlas(roach.replace(families=families), slopes_deg=(0, 45, 75), headings=(0.15, 0.2), impulses=())
+
+
+def fronts() -> xr.Dataset:
+    """Return a conflict at 0 deg, where 0.05 of the eigenvalue is worth two thirds of the saving, and none at 20."""
+    dims = ("slope_deg", "family", "point")
+    empty = [math.nan] * 3
+    eigenvalues = [[[0.30, 0.34, 0.60], [0.40, 0.5, math.nan]], [empty, [0.20, math.nan, math.nan]]]
+    costs = [[[1.20, 0.80, 0.65], [0.70, 0.60, math.nan]], [empty, [0.342, math.nan, math.nan]]]
+    return xr.Dataset(
+        {"reduced_eigenvalue": (dims, eigenvalues), "transport_cost": (dims, costs)},
+        coords={"slope_deg": [0.0, 20.0], "family": ["A", "B"]},
+        attrs={"heading": 0.15},
+    )
+
+
+@pytest.fixture(scope="module")
+def chapter(atlas: xr.Dataset, simulated: xr.Dataset, back_pulls: xr.Dataset) -> dict[str, Section]:
+    pictures = {name: Path(f"{name}.png") for name in (*BEYOND, "4.2")}
+    return dict(zip(NAMES, sections(atlas, simulated, back_pulls, fronts(), pictures), strict=True))
+
+
+def words(section: Section) -> str:
+    return " ".join(section.paragraphs)
+
+
+@pytest.mark.parametrize(("slope", "heading", "reduced", "true"), HARD_CELLS)
+def test_disturbances_decay_as_the_complete_map_says(
+    slope: float, heading: float, reduced: float, true: float, simulated: xr.Dataset
+) -> None:
+    gait = simulated.sel(gait=f"{slope:g} deg, {heading:g} rad")
+    assert (float(gait["slope_deg"]), float(gait["heading"])) == (pytest.approx(slope), heading)
+    assert float(gait["reduced_eigenvalue"]) == pytest.approx(reduced, abs=5e-4)
+    assert float(gait["max_multiplier"]) == pytest.approx(true, abs=5e-4)
+    assert float(gait["decay"]) == pytest.approx(float(gait["max_multiplier"]), rel=0.02)
+    assert float(gait["decay"]) > 1.3 * float(gait["reduced_eigenvalue"])
+
+
+def test_both_maps_predict_the_decay_where_no_old_leg_matters(simulated: xr.Dataset) -> None:
+    gait = simulated.isel(gait=2)
+    for name in ("reduced_eigenvalue", "max_multiplier"):
+        assert float(gait["decay"]) == pytest.approx(float(gait[name]), rel=0.02)
+
+
+def test_disturbances_start_small_and_end_in_the_noise(simulated: xr.Dataset) -> None:
+    distance = simulated["distance"]
+    assert float(distance.isel(stride=0).max()) < 2e-4
+    assert float(distance.isel(stride=slice(-10, None)).max()) < simulated.attrs["fit_from"]
+
+
+def test_decays_can_be_stored(simulated: xr.Dataset, tmp_path: Path) -> None:
+    simulated.to_netcdf(tmp_path / "decays.nc")
+    with xr.open_dataset(tmp_path / "decays.nc") as stored:
+        xr.testing.assert_identical(stored.load(), simulated)
+    assert json.loads(simulated.attrs["parameters"])["name"] == "cockroach"
+
+
+def test_decays_of_no_gait(roach: ls.Animal) -> None:
+    with pytest.raises(ValueError, match="there is no gait at 40 deg, 0.45 rad"):
+        decays(roach, [(40.0, 0.45)])
+
+
+def test_the_chapter_has_all_figures(chapter: dict[str, Section]) -> None:
+    shown = [picture for section in chapter.values() for picture in section.figures]
+    assert [picture.path.stem for picture in shown] == list(BEYOND)
+    assert [picture.caption for picture in shown] == [figure.caption for figure in BEYOND.values()]
+    for section in chapter.values():
+        assert section.tables and all(len(row) == len(table.header) for table in section.tables for row in table.rows)
+        assert "nan" not in words(section) and "  " not in words(section)
+
+
+def test_second_branch_in_words(chapter: dict[str, Section]) -> None:
+    text = words(chapter["second"])
+    assert "100 of the 186 cells" in text
+    assert "85 of them it is of the same family" in text
+    stable, true, cost = chapter["second"].paragraphs[1:]
+    assert "more stable in 96 cells" in stable and "less stable in 4 cells" in stable
+    assert "more stable in 91 cells" in true
+    assert "cheaper in 34 cells" in cost and cost.endswith("dearer in none.")
+    (table,) = chapter["second"].tables
+    row = dict(zip(table.columns, next(row for row in table.cells if row[:2] == (0.0, 0.4)), strict=True))
+    assert (row["family_published"], row["family_second"]) == ("FB", "FB")
+    assert row["eigenvalue_published"] == pytest.approx(0.572, abs=1e-3)
+    assert row["eigenvalue_second"] == pytest.approx(0.336, abs=1e-3)
+    assert (row["cost_published"], row["cost_second"]) == (
+        pytest.approx(1.067, abs=1e-3),
+        pytest.approx(0.685, abs=1e-3),
+    )
+
+
+def test_true_stability_in_words(chapter: dict[str, Section], atlas: xr.Dataset, simulated: xr.Dataset) -> None:
+    text, first = words(chapter["stability"]), atlas.sel(branch=0)
+    difference = (first["max_multiplier"] - first["reduced_eigenvalue"]).values
+    assert "160 of the 186 published gaits (86%)" in text
+    assert "all 286" in text
+    assert f"{np.count_nonzero(difference > 1e-6)} gaits are less stable" in text
+    assert f"thesis {float(first['reduced_eigenvalue'].values[np.nanargmax(difference) // 10, 0]):.3f}" in text
+    assert f"186 of 186 gaits are stable; the least stable one, with {float(first['max_multiplier'].max()):.3f}" in text
+    worst = float(abs(simulated["reduced_eigenvalue"] / simulated["decay"] - 1.0).max())
+    assert f"eigenvalue by up to {worst:.1%}" in text
+    assert "closer in 3 of 3 gaits" in text
+
+
+def test_back_legs_that_pull_in_words(chapter: dict[str, Section], atlas: xr.Dataset, back_pulls: xr.Dataset) -> None:
+    gaits = back_pulls["speed"].notnull()
+    text = words(chapter["back"])
+    assert f"found {int(gaits.sum())} in {int(gaits.any('branch').sum())} cells of 6" in text
+    change = (back_pulls["max_multiplier"] - atlas["max_multiplier"].sel(branch=0)).values
+    assert f"{np.count_nonzero(change < 0)} are more stable and {np.count_nonzero(change > 0)} less stable" in text
+    (table,) = chapter["back"].tables
+    assert [row[0] for row in table.cells] == ["front", "none"]
+    assert sum(float(row[1]) for row in table.cells if not isinstance(row[1], str | tuple)) == int(gaits.sum())
+
+
+def test_what_stability_costs_in_words(chapter: dict[str, Section]) -> None:
+    text = words(chapter["trade"])
+    assert "at 0 deg from 1.200 to 0.800 (67% of what the cheapest gait would save)" in text
+    assert "no conflict at 20 deg" in text
+    (table,) = chapter["trade"].tables
+    assert table.cells[0] == (0.0, "A", 0.30, 1.20, "A", 0.80, "B", 0.60, 0.5)
+    assert table.cells[1] == (20.0, "B", 0.20, 0.342, "B", 0.342, "B", 0.342, 0.20)
+
+
+def test_nothing_found_is_said_to_be_so(atlas: xr.Dataset, simulated: xr.Dataset, back_pulls: xr.Dataset) -> None:
+    nothing: Any = back_pulls.where(False, drop=False).assign(family=xr.full_like(back_pulls["family"], ""))
+    numbers = fronts()
+    found = sections(atlas.isel(branch=[0]), simulated.isel(gait=[]), nothing, numbers.where(False), {})
+    texts = dict(zip(NAMES, map(words, found), strict=True))
+    assert "None of the 186 cells with a gait has a second one." in texts["second"]
+    assert "found no gait" in texts["back"]
+    assert "no gaits with optimised actuation" in texts["trade"]
+    assert not any(section.figures for section in found)

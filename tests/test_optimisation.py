@@ -1,0 +1,235 @@
+"""The best actuation: results are gaits, as good as any that other ways find."""
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from legspring import Animal, Gait, cockroach, optimize
+from legspring.kernel.walker import Floats
+from legspring.objective import EARLIEST, LEAST, MOST, Goal, Objective
+from legspring.optimisation import (
+    TIE,
+    Method,
+    Optimum,
+    best_of,
+    is_among,
+    rank,
+    scan,
+    spread_out,
+)
+from legspring.trial import GOAL, Map, Trial
+
+Case = tuple[float, float, str, Goal, Map]
+"""Slope (deg), heading, family; what is minimised, and the map whose eigenvalues count."""
+CASES: list[Case] = [
+    (0, 0.15, "A", "efficiency", "reduced"),
+    (0, 0.15, "A", "stability", "complete"),
+    (20, 0.2, "FB", "stability", "complete"),
+    (25, 0.3, "B", "stability", "complete"),
+    (45, 0.15, "B", "efficiency", "complete"),
+    (60, 0.3, "B", "stability", "reduced"),
+]
+
+
+@cache
+def best(case: Case, method: Method = "default", seed: int = 0) -> Optimum:
+    """Return the optimum of a case."""
+    slope_deg, heading, family, objective, of = case
+    found = optimize(
+        cockroach(),
+        slope_deg=slope_deg,
+        heading=heading,
+        family=family,
+        objective=objective,
+        map=of,
+        method=method,
+        seed=seed,
+    )
+    assert found is not None
+    return found
+
+
+def candidate(optimum: Gait) -> tuple[Floats, Floats]:
+    """Return actuation in units of nominal lengths, and unknowns."""
+    trial = Trial(optimum.animal, optimum.slope, optimum.heading, optimum.family)
+    return optimum.actuation / trial.lengths, trial.problem.unknowns(optimum)
+
+
+@pytest.mark.parametrize("method", ["default", "nelder-mead"])
+@pytest.mark.parametrize("case", CASES)
+def test_an_optimum_is_a_gait_with_the_value_it_claims(case: Case, method: Method) -> None:
+    optimum = best(case, method)
+    slope_deg, heading, family, objective, of = case
+    assert (optimum.slope, optimum.heading, optimum.family) == (math.radians(slope_deg), heading, family)
+    assert (optimum.objective, optimum.map, optimum.method) == (objective, of, method)
+    assert optimum.residual < 1e-10 and optimum.drift < 1e-6
+    assert optimum.invalid() is None
+    values = {"reduced": optimum.reduced_eigenvalue, "complete": abs(optimum.multipliers[0])}
+    own = optimum.transport_cost if objective == "efficiency" else values[of]
+    assert optimum.value == pytest.approx(own, abs=1e-5)
+    ratio, z = candidate(optimum)
+    assert np.all((ratio >= LEAST) & (ratio <= MOST))
+    assert np.all(z[1:] >= EARLIEST - 1e-9)
+    score = Objective(optimum.animal, optimum.slope, heading, family, objective, of)(ratio, z)
+    assert optimum.penalised == pytest.approx(score.total, abs=1e-5)
+    assert optimum.ending
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_no_worse_than_the_method_of_the_thesis(case: Case) -> None:
+    assert best(case).penalised <= best(case, "nelder-mead").penalised + TIE
+
+
+@pytest.mark.parametrize(("case", "seeds"), [(CASES[0], 3), (CASES[2], 3), (CASES[3], 2)])
+def test_the_seed_does_not_matter(case: Case, seeds: int) -> None:
+    values = [best(case, "default", seed).penalised for seed in range(seeds)]
+    assert max(values) - min(values) < TIE
+
+
+def test_known_optima() -> None:
+    assert best(CASES[0]).value == pytest.approx(0.4611, abs=1e-3)
+    assert best(CASES[1]).value == pytest.approx(0.1042, abs=1e-3)
+    assert best(CASES[3]).value == pytest.approx(0.1300, abs=1e-3)
+    # As stable as can be: down to what does not count.
+    assert best(CASES[5]).value < TIE
+
+
+def test_nothing_nearby_is_better() -> None:
+    for case in CASES[:4]:
+        slope_deg, heading, family, goal, of = case
+        objective = Objective(cockroach(), math.radians(slope_deg), heading, family, goal, of)
+        ratio, z = candidate(best(case))
+        changes = 0.03 * np.random.default_rng(1).uniform(-1.0, 1.0, (40, 3))
+        totals = [objective(np.clip(ratio + change, LEAST, MOST), z).total for change in changes]
+        assert min(totals) > best(case).penalised - TIE
+        assert max(totals) > best(case).penalised + 10.0 * TIE
+
+
+@pytest.mark.parametrize("slope_deg", [45, 90])
+def test_the_cheapest_gait_on_the_back_legs_only_lifts_the_body(slope_deg: float) -> None:
+    optimum = best((slope_deg, 0.15, "B", "efficiency", "complete"))
+    least = math.sin(math.radians(slope_deg))
+    assert least - 1e-9 < optimum.value < least + TIE
+    assert optimum.penalised < least + TIE
+    # As many actuations are as cheap, the smallest is taken: less of it breaks a constraint or costs more.
+    objective = Objective(optimum.animal, optimum.slope, 0.15, "B", "efficiency")
+    ratio, z = candidate(optimum)
+    assert optimum.active
+    assert objective(ratio, z).total < least + TIE < objective(0.97 * ratio, z).total
+    other = candidate(best((slope_deg, 0.15, "B", "efficiency", "complete"), "nelder-mead"))[0]
+    assert np.sum(ratio**2) < np.sum(other**2)
+
+
+@pytest.mark.parametrize("method", ["default", "nelder-mead"])
+def test_none_where_there_is_no_gait(roach: Animal, method: Method) -> None:
+    assert optimize(roach, slope_deg=0, heading=0.0, family="B", method=method) is None
+
+
+def test_all_families_are_searched(roach: Animal) -> None:
+    found = optimize(roach, slope_deg=45, heading=0.15, objective="efficiency")
+    assert found is not None
+    assert found.family == "B"
+    assert found.penalised == best(CASES[4]).penalised
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"objective": "beauty"}, "objective = 'beauty'"),
+        ({"map": "some"}, "map = 'some'"),
+        ({"method": "simplex"}, "method = 'simplex'"),
+        ({"family": "X"}, "'X'"),
+        ({"heading": 2.0}, "heading = 2"),
+        ({"slope_deg": 100.0}, "slope_deg = 100"),
+        ({"slope_deg": None}, "slope"),
+    ],
+)
+def test_wrong_arguments(roach: Animal, change: dict[str, Any], message: str) -> None:
+    arguments: dict[str, Any] = {"slope_deg": 45.0, "heading": 0.15, "family": "B"} | change
+    with pytest.raises(ValueError, match=message):
+        optimize(roach, **arguments)
+
+
+def test_bodies_that_yaw_are_refused(roach: Animal) -> None:
+    with pytest.raises(ValueError, match="yaw held"):
+        optimize(roach.replace(yaw="free", inertia=2.04e-7), slope_deg=45, heading=0.15)
+
+
+@dataclass(frozen=True)
+class Told(Optimum):
+    """An optimum that costs what it is told to."""
+
+    cost: float = 0.0
+
+    @property
+    def transport_cost(self) -> float:
+        return self.cost
+
+
+def told(family: str, penalised: float, cost: float, size: float = 0.5) -> Told:
+    """Return an optimum that nobody has computed; its actuation in units of nominal lengths."""
+    return Told(
+        animal=cockroach(),
+        slope=0.5,
+        heading=0.15,
+        family=family,
+        speed=0.3,
+        phase=(0.0, 0.0, 0.0),
+        actuation=(size * 0.032, size * 0.026, size * 0.019),
+        residual=0.0,
+        penalised=penalised,
+        cost=cost,
+    )
+
+
+@pytest.mark.parametrize(
+    ("optima", "winner"),
+    [
+        ([("A", 0.3, 0.5), ("B", 0.2, 0.9)], "B"),
+        ([("A", 0.2009, 0.5), ("B", 0.2, 0.9)], "A"),
+        ([("A", 0.2011, 0.5), ("B", 0.2, 0.9)], "B"),
+        ([("A", 0.2, 0.5, 0.6), ("B", 0.2, 0.5009, 0.4)], "B"),
+        ([("A", 0.2, 0.5, 0.6), ("B", 0.2, 0.5011, 0.4)], "A"),
+        # What is no rival for the best is none for the cheapest, either.
+        ([("A", 0.2, 0.5, 0.6), ("B", 0.2005, 0.9, 0.2), ("MB", 0.3, 0.1, 0.1)], "A"),
+        ([("FB", 0.2, 0.5)], "FB"),
+    ],
+)
+def test_the_best_then_the_cheaper_then_the_less_actuated(optima: list[Any], winner: str) -> None:
+    for rows in (optima, optima[::-1]):
+        chosen = best_of([told(*row) for row in rows])
+        assert chosen is not None and chosen.family == winner
+
+
+def test_the_best_of_nothing() -> None:
+    assert best_of([]) is None
+
+
+def test_a_scan_finds_the_gaits_of_each_actuation(roach: Animal) -> None:
+    trial = Trial(roach, math.radians(45), 0.15, "B")
+    candidates = scan(trial, nodes=32)
+    ratios, starts = (np.array(rows) for rows in zip(*candidates, strict=True))
+    assert len(candidates) > 20
+    assert LEAST <= ratios.min() < 0.3 and 0.8 < ratios.max() <= MOST
+    assert np.all(trial.solve(ratios, starts).residuals < GOAL)
+    for number, (ratio, z) in enumerate(candidates):
+        assert not is_among(z, [other for actuation, other in candidates[:number] if actuation is ratio])
+
+
+def test_candidates_are_ranked_and_spread_out(roach: Animal) -> None:
+    objective = Objective(roach, math.radians(45), 0.15, "B", "stability", "reduced")
+    candidates = scan(objective.trial, nodes=32)
+    ranked = rank(objective, candidates)
+    scores = [objective.alone(*one) for one in ranked]
+    totals = [score.total for score in scores if score is not None]
+    assert len(totals) == len(ranked) < len(candidates)
+    assert totals == sorted(totals)
+    few = rank(objective, candidates, totals[5])
+    assert [id(z) for _, z in few] == [id(z) for _, z in ranked[:5]]
+    assert rank(objective, []) == []
+    chosen = spread_out(ranked, 3)
+    assert len(chosen) <= 3 and chosen[0][1] is ranked[0][1]
