@@ -316,8 +316,8 @@ def _back_legs_pull(atlas: xr.Dataset, back_pulls: xr.Dataset) -> Section:
     published = atlas.isel(branch=0)
     everywhere = int(there.sum(("slope_deg", "heading", "branch")))
     paragraphs = [
-        "The thesis reports no gait whose back legs pull. We searched for them in the same way as for all others, and "
-        f"found {everywhere} in {_number_of(int(there.any('branch').sum()), 'cell')} of "
+        "The thesis reports no gait whose back legs pull. We searched for them in the same way as for all others, "
+        f"and found {everywhere} in {_number_of(int(there.any('branch').sum()), 'cell')} of "
         f"{there.isel(branch=0).size} ({_spread(there.where(there))}).",
         f"By the complete map, {int((back_pulls['max_multiplier'] < 1.0).sum())} of the {everywhere} are stable. Beside "
         f"the published gait of the same cell, {_beside(back_pulls, published, 'max_multiplier', 'stable')}; "
@@ -378,8 +378,8 @@ def _trade_off(fronts: xr.Dataset) -> Section:
     if dear:
         falls = "; ".join(
             f"at {row.slope:g} deg from {row.stable_cost:.3f} to {row.yielding_cost:.3f} "
-            f"({_share(row.stable_cost - row.yielding_cost, row.stable_cost - row.least_cost)} of what the cheapest gait "
-            "would save)"
+            f"({_share(row.stable_cost - row.yielding_cost, row.stable_cost - row.least_cost)} of what the cheapest "
+            "gait would save)"
             for row in dear
         )
         paragraphs.append(
