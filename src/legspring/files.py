@@ -124,7 +124,7 @@ def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time
         writer = csv.writer(stream)
         writer.writerow(columns)
         for row in zip(*columns.values(), strict=True):
-            writer.writerow([f"{cell:.12g}" if isinstance(cell, float) else cell for cell in row])
+            writer.writerow([cell if isinstance(cell, str) else f"{cell:.12g}" for cell in row])
 
 
 def code_stamp() -> str:

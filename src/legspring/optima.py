@@ -10,6 +10,7 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 import xarray as xr
 from joblib import Memory, Parallel, delayed
+from threadpoolctl import threadpool_limits
 
 from legspring.files import code_stamp
 from legspring.model import Animal
@@ -274,7 +275,9 @@ def thesis_search(cases: dict[Spot, Case], seed: int, pool: "Pool") -> dict[tupl
 
 def in_chunk(function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], stamp: str) -> list[Any]:
     """Work on some tasks; the stamp tells results of this version from those of another."""
-    return [function(*task) for task in tasks]
+    # Matrices are tiny: threads would only get in each other's way, and round differently.
+    with threadpool_limits(1):
+        return [function(*task) for task in tasks]
 
 
 class Pool:

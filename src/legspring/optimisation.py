@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
+from threadpoolctl import threadpool_limits
 
 from legspring.gait import Gait
 from legspring.kernel import newton
@@ -151,16 +152,22 @@ def optimize(
     angle = checked_slope(slope, slope_deg)
     if method not in ("default", "nelder-mead"):
         raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
-    found = []
-    for label in animal.families if family is None else [family]:
-        goal = Objective(animal, angle, heading, label, objective, map)
-        candidates = scan(goal.trial, seed)
-        if method == "default":
-            ends = explore(goal, spread_out(rank(goal, candidates), POLISHED))
-            found.append(settle(goal, ends, candidates))
-        else:
-            found.append(thesis_search(goal, candidates))
+    # Matrices are tiny: threads would only get in each other's way, and round differently.
+    with threadpool_limits(1):
+        found = [
+            search(Objective(animal, angle, heading, label, objective, map), method, seed)
+            for label in (animal.families if family is None else [family])
+        ]
     return best_of([optimum for optimum in found if optimum is not None])
+
+
+def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
+    """Search one family in one cell."""
+    candidates = scan(objective.trial, seed)
+    if method == "nelder-mead":
+        return thesis_search(objective, candidates)
+    ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
+    return settle(objective, ends, candidates)
 
 
 def trade_off(

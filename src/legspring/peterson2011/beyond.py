@@ -319,8 +319,8 @@ def _back_legs_pull(atlas: xr.Dataset, back_pulls: xr.Dataset) -> Section:
         "The thesis reports no gait whose back legs pull. We searched for them in the same way as for all others, "
         f"and found {everywhere} in {_number_of(int(there.any('branch').sum()), 'cell')} of "
         f"{there.isel(branch=0).size} ({_spread(there.where(there))}).",
-        f"By the complete map, {int((back_pulls['max_multiplier'] < 1.0).sum())} of the {everywhere} are stable. Beside "
-        f"the published gait of the same cell, {_beside(back_pulls, published, 'max_multiplier', 'stable')}; "
+        f"By the complete map, {int((back_pulls['max_multiplier'] < 1.0).sum())} of the {everywhere} are stable. "
+        f"Beside the published gait of the same cell, {_beside(back_pulls, published, 'max_multiplier', 'stable')}; "
         f"{_beside(back_pulls, published, 'transport_cost', 'costly')}.",
     ]
     return Section(heading, paragraphs, tables=[_family_table(back_pulls, published)])

@@ -216,8 +216,8 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "back_pulls",
             back_legs_pull,
             "Gaits whose back legs pull: a) largest magnitude of the complete map's multipliers, b) transport cost. "
-            "Markers show which legs push (F: front; M: middle; none: all legs pull). Where there are several in a cell, "
-            "the one with the most negative phase of the back legs is shown.",
+            "Markers show which legs push (F: front; M: middle; none: all legs pull). Where there are several in a "
+            "cell, the one with the most negative phase of the back legs is shown.",
         ),
         ThesisFigure(
             "beyond_trade_off",
