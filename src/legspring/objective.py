@@ -12,7 +12,7 @@ from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
-from legspring.setting import checked_vector
+from legspring.setting import checked_angle, checked_vector
 from legspring.solve import Problem
 from legspring.trial import GOAL, Map, Trial, What
 
@@ -87,7 +87,7 @@ def missing_fixed_point(squares: float) -> float:
 
 def heading_beside(heading: float) -> float:
     """Return the slightly larger heading at which there must be a fixed point, too."""
-    return 1.05 * heading if abs(heading) >= 0.05 else heading + 0.0025
+    return 1.05 * heading if abs(heading) >= 0.05 else heading + math.copysign(0.0025, heading)
 
 
 class Objective:
@@ -115,6 +115,8 @@ class Objective:
             raise ValueError(f"objective = {goal!r}: must be 'stability' or 'efficiency'")
         if of not in ("complete", "reduced"):
             raise ValueError(f"map = {of!r}: must be 'complete' or 'reduced'")
+        # There is a fixed point to be looked for beside the gait.
+        checked_angle("heading", heading, 0.94 * math.pi / 2)
         self.goal, self.of = goal, of
         self.trial = Trial(animal, slope, heading, family)
         self.beside = self.trial.beside(heading_beside(heading))

@@ -67,7 +67,6 @@ CHUNK = 20
 OWN_NAMES = {
     "value": ("1", "what is minimised, without penalties"),
     "penalised": ("1", "what is minimised, with the penalties of Table 3.1"),
-    "evaluations": ("1", "evaluations of the objective"),
     "ending": ("", "why the search stopped"),
     "active": ("", "constraints that bind"),
 }
@@ -148,7 +147,7 @@ def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
 
 def described(optimum: Optimum) -> dict[str, Any]:
     """Return all that a dataset says about an optimum."""
-    own = {name: getattr(optimum, name) for name in ("value", "penalised", "evaluations", "ending")}
+    own = {name: getattr(optimum, name) for name in ("value", "penalised", "ending")}
     return measured(optimum, ()) | own | {"active": "; ".join(optimum.active)}
 
 

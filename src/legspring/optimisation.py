@@ -24,7 +24,7 @@ from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Goal, Objective,
 from legspring.optimum import LATEST_OF_ALL, Programme
 from legspring.setting import checked_slope
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
-from legspring.trial import Map, Trial
+from legspring.trial import Map, Trial, pair_lengths
 
 Method = Literal["default", "nelder-mead"]
 Candidate = tuple[Floats, Floats]
@@ -221,7 +221,7 @@ def best_of(optima: Sequence[Optimum]) -> Optimum | None:
     for key in (attrgetter("penalised"), attrgetter("transport_cost")):
         least = min(map(key, rest), default=0.0)
         rest = [optimum for optimum in rest if key(optimum) <= least + TIE]
-    return min(rest, key=lambda o: float(np.sum(np.square(o.actuation) / np.square(o.animal.actuation))), default=None)
+    return min(rest, key=lambda o: float(np.sum((o.actuation / pair_lengths(o.animal)) ** 2)), default=None)
 
 
 def scan(trial: Trial, seed: int = 0, nodes: int = NODES) -> list[Candidate]:
@@ -394,6 +394,7 @@ def thesis_search(objective: Objective, candidates: Sequence[Candidate]) -> Opti
     end = nelder_mead(stability, starts[0])
     if objective.goal == "efficiency" or objective.of != "reduced":
         end = nelder_mead(objective, end.candidate)
+    objective.evaluations += stability.evaluations
     return finished(objective, end, "nelder-mead")
 
 

@@ -295,5 +295,4 @@ def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
         "source": f"legspring {legspring.__version__}",
         "references": CITATION,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
-        "search": ", ".join(f"{count} {what}" for what, count in effort.items()),
-    }
+    } | ({"search": ", ".join(f"{count} {what}" for what, count in effort.items())} if effort else {})
