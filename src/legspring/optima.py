@@ -52,7 +52,7 @@ from legspring.trial import GOAL, Map, pair_lengths
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
 """Actuations at which each cell is searched for gaits; neighbouring cells give more."""
-POLISHED = 5
+POLISHED = 4
 """Gaits of each cell that are polished."""
 KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
