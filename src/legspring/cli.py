@@ -376,10 +376,8 @@ def reproduce(
 
     Example: legspring reproduce --out thesis --only 4.2,6.1
     """
-    from legspring.files import make_directory
     from legspring.peterson2011.reproduce import reproduce as run
 
-    make_directory(out)
     typer.echo(
         run(
             out,

@@ -124,8 +124,8 @@ class Objective:
 
     @property
     def floor(self) -> float:
-        """What no gait can be better than: sin(slope) (Eq. 4.1), or 0."""
-        return math.sin(self.trial.setting.slope) if self.goal == "efficiency" else 0.0
+        """What no gait can be better than: the work against gravity, sin(slope) (Eq. 4.1), or 0."""
+        return abs(math.sin(self.trial.setting.slope)) if self.goal == "efficiency" else 0.0
 
     def __call__(self, actuation: ArrayLike, near: Floats, beside: Floats | None = None) -> Score:
         """Evaluate the objective for some actuation at the gait near some unknowns.

@@ -173,7 +173,7 @@ def pass_on(
                 key = ((row, column, family), goal)
                 around = [((*near, family), goal) for near in neighbours((row, column))]
                 starts = [end.candidate for near in around if near in fresh for end in ends[near][:count]]
-                if starts and (ends[key] or search is improved):
+                if starts and key in ends:
                     keys.append(key)
                     tasks.append((case, goal, starts, ends[key]))
         found = dict(zip(keys, pool.run(search, tasks), strict=True))
@@ -204,7 +204,7 @@ def default_search(
     pass_on(cases, ends, improved, 2, is_better, pool)
     keys = [key for key, here in ends.items() if here]
     least = pool.run(settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "least actuations")
-    ends |= dict(zip(keys, least, strict=True))
+    ends = dict(zip(keys, least, strict=True))
     pass_on(cases, ends, lessened, 1, is_less, pool)
     values = pool.run(
         measured_end, [(cases[spot], goal, ends[spot, goal][0]) for spot, goal in keys], "measuring gaits"
@@ -217,13 +217,18 @@ def known_optima(cases: dict[Spot, Case], optima: xr.Dataset) -> dict[tuple[Spot
     found: dict[tuple[Spot, Goal], Candidate] = {}
     for spot, case in cases.items():
         here = optima.sel(slope_deg=case.slope_deg, heading=case.heading, family=case.family)
-        desired, lengths = case.animal.desired_speed(math.radians(case.slope_deg)), pair_lengths(case.animal)
         for goal in GOALS:
             one = here.sel(objective=goal)
             if np.isfinite(one["speed"]):
-                z = np.concatenate([[float(one["speed"]) / desired], one["phase"].values])
-                found[spot, goal] = one["actuation"].values / lengths, z
+                found[spot, goal] = candidate_of(one, case.animal)
     return found
+
+
+def candidate_of(gait: xr.Dataset, animal: Animal) -> Candidate:
+    """Return the actuation, in units of nominal lengths, and the unknowns of a gait that a map has."""
+    desired = animal.desired_speed(math.radians(float(gait["slope_deg"])))
+    z = np.concatenate([[float(gait["speed"]) / desired], gait["phase"].values])
+    return gait["actuation"].values / pair_lengths(animal), z
 
 
 def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]]:

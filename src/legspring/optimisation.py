@@ -116,7 +116,7 @@ def optimize(
     animal
         The animal; its yaw must be held.
     heading
-        rad, within +-pi/2.
+        rad, within +-1.47, as there must be a fixed point at a slightly larger one.
     slope, slope_deg
         Either of them; rad or degrees.
     family
@@ -392,6 +392,8 @@ def thesis_search(objective: Objective, candidates: Sequence[Candidate]) -> Opti
     if not starts:
         return None
     end = nelder_mead(stability, starts[0])
+    if end.score.total >= NO_GAIT:
+        return None
     if objective.goal == "efficiency" or objective.of != "reduced":
         end = nelder_mead(objective, end.candidate)
     objective.evaluations += stability.evaluations

@@ -20,7 +20,7 @@ from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.files import PathLike, code_stamp, make_directory, save_csv, save_netcdf, whole_file
 from legspring.model import Animal, cockroach
 from legspring.objective import NO_GAIT, Objective
-from legspring.optima import optimal_atlas, select
+from legspring.optima import candidate_of, optimal_atlas, select
 from legspring.optimisation import Method, front
 from legspring.peterson2011.beyond import decays, sections
 from legspring.peterson2011.claims import Results, Verdict, judge
@@ -82,9 +82,9 @@ class Store:
         self.animal: Animal = cockroach()
         self.seconds: dict[str, float] = {}
 
-    def _stored(self, name: str, compute: Callable[[], xr.Dataset]) -> xr.Dataset:
-        """Return a dataset, from its file if there is one."""
-        path, stamp = self.directory / f"{name}.nc", code_stamp()
+    def _stored(self, name: str, compute: Callable[[], xr.Dataset], key: str = "") -> xr.Dataset:
+        """Return a dataset, from its file if there is one, made by the same code and with the same key."""
+        path, stamp = self.directory / f"{name}.nc", f"{code_stamp()} {key}".strip()
         if path.is_file():
             with xr.open_dataset(path) as stored:
                 if stored.attrs.get("code") == stamp:
@@ -151,7 +151,7 @@ class Store:
     def fronts(self) -> xr.Dataset:
         """Trade-off of stability and efficiency."""
         optima = self.optima
-        return self._stored("fronts", lambda: fronts(self.animal, optima))
+        return self._stored("fronts", lambda: fronts(self.animal, optima), self.method)
 
     @property
     def gait(self) -> ls.Gait:
@@ -181,7 +181,7 @@ class Store:
             optima=self.optima,
             nelder_mead=self.nelder_mead,
             selected=self.selected,
-            selected_nelder_mead=select(self.nelder_mead),
+            selected_nelder_mead=self.nelder_mead_selected,
             measured=self.measured,
             back_pulls=self.back_pulls,
         )
@@ -217,8 +217,7 @@ def fronts(animal: Animal, optima: xr.Dataset) -> xr.Dataset:
             place = {"objective": goal, "slope_deg": slope, "heading": FRONT_HEADING, "family": family}
             one = optima.sel(place)
             if np.isfinite(one["speed"]):
-                z = np.concatenate([[one["speed"] / objective.trial.setting.desired_speed], one["phase"]])
-                ends.append((one["actuation"].values / objective.trial.lengths, z))
+                ends.append(candidate_of(one, animal))
         for n, score in enumerate(front(objective, ends[0], ends[1], FRONT_POINTS) if len(ends) == 2 else []):
             if score.total < NO_GAIT:
                 values["reduced_eigenvalue"][row, column, n] = objective.eigenvalue(score)
@@ -280,8 +279,7 @@ def reproduce(
     store = Store(directory / "data", method, count, progress)
     drawing = {}
     for chapter in CHAPTERS:
-        start = len(f"{chapter}.")
-        here = [number for number in numbers if number[:start] == f"{chapter}."]
+        here = [number for number in numbers if number.startswith(f"{chapter}.")]
         drawing[chapter] = draw(store, directory, [FIGURES[number] for number in here if number in FIGURES])
         for number in here:
             if number not in FIGURES:
