@@ -164,3 +164,19 @@ def test_a_change_that_cannot_be_is_refused_in_one_line(changes: dict[str, Any],
     with pytest.raises(ModelError, match=message) as caught:
         ROACH.replace(**changes)
     assert "\n" not in str(caught.value)
+
+
+def test_rules_must_fit_together() -> None:
+    follower = ROACH.replace(touchdown="lift-off", follows=("FR", "ML", "BR"))
+    assert [leg.follows for leg in follower.legs] == ["FR", "ML", "BR", "FL", "MR", "BL"]
+    with pytest.raises(ModelError, match=r"leg 'FL': follows = 'X': must be one of FL, MR, BL, FR, ML, BR"):
+        ROACH.replace(touchdown="lift-off", follows="X")
+    with pytest.raises(ModelError, match="must be mirror images"):
+        ROACH.replace(legs=[leg.model_copy(update={"damping": float(leg.name == "FL")}) for leg in ROACH.legs])
+    with pytest.raises(ModelError, match="no leg has offset 0"):
+        ROACH.replace(touchdown="ground", offset=0.5)
+
+
+def test_an_animal_with_all_rules_survives_a_file() -> None:
+    other = ROACH.replace(damping=0.01, stance=(1, 0.5, 0.7), length_law="l0 - ldev*cos(pi*t)", touchdown="ground")
+    assert Animal(**json.loads(other.model_dump_json())) == other

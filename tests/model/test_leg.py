@@ -51,6 +51,11 @@ def test_angle_in_degrees() -> None:
         ("actuation", 0.03, "must be less than the length, 0.03 m"),
         ("function", "kick", "must be 'push' or 'pull'"),
         ("offset", 2.0, "must be less than 2"),
+        ("touchdown", "soon", "must be 'clock', 'ground' or 'lift-off'"),
+        ("touchdown", "lift-off", "must be given together"),
+        ("follows", "R", "must be given together"),
+        ("stance", 0.0, "must be greater than 0"),
+        ("damping", -1.0, "must be greater than or equal to 0"),
     ],
 )
 def test_a_bad_value_is_named_with_what_would_be_valid(field: str, value: object, message: str) -> None:
@@ -82,6 +87,16 @@ def test_mirrored_twice_is_the_leg_again(angle: float, dx: float, offset: float,
     assert original.is_mirror_image_of(image)
     twice = image.mirrored("L")
     assert (twice.angle, twice.hip) == (angle, (dx, 0.0))
+
+
+def test_a_leg_that_follows_its_image_is_followed_by_it() -> None:
+    left = leg(touchdown="lift-off", follows="R")
+    right = left.mirrored("R")
+    assert (right.follows, right.touchdown) == ("L", "lift-off")
+    assert right.is_mirror_image_of(left)
+    assert leg(touchdown="lift-off", follows="X").mirrored("R", {"X": "Y"}).follows == "Y"
+    with pytest.raises(ModelError, match="follows = 'L': must be another leg"):
+        leg(touchdown="lift-off", follows="L")
 
 
 def test_a_leg_is_not_its_own_mirror_image() -> None:

@@ -101,6 +101,7 @@ class Animal(Frozen):
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:
         _check_names(self.legs)
+        _check_rules(self.legs)
         _check_pairs(self.legs)
         _check_families(self.families, self.pairs)
         # The frequency's line has no bend but one, into a constant: good ends mean a good middle.
@@ -192,10 +193,11 @@ class Animal(Frozen):
         ----------
         **changes
             New values of fields of `Animal`, of its `Body` (mass, inertia, yaw) or of its legs
-            (hip, length, stiffness, angle or angle_deg, actuation, function, offset). A leg's
-            field takes one value for all pairs, or a sequence with one for each pair. The value is
-            that of the leg of the pair which is put down first (offset 0); its partner becomes
-            its mirror image, with the angle and the hip's dx negated.
+            (hip, length, stiffness, angle or angle_deg, actuation, function, offset, touchdown,
+            follows, stance, damping, length_law). A leg's field takes one value for all pairs, or a
+            sequence with one for each pair. The value is that of the leg of the pair which is put down
+            first (offset 0); its partner becomes its mirror image, with the angle and the hip's dx
+            negated.
 
         Returns
         -------
@@ -242,12 +244,13 @@ def _pick(changes: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
 
 def _changed_legs(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]:
     by_pair = {name: _by_pair(name, value, animal.pairs) for name, value in changes.items()}
+    partners = _partners(animal.legs)
 
     def changed(leg: Leg) -> Leg:
         first = min((other for other in animal.legs if other.pair == leg.pair), key=lambda leg: leg.offset)
         kept = {name: value for name, value in first if f"{name}_deg" not in changes}
         new = Leg(**kept | {name: values[leg.pair] for name, values in by_pair.items()})
-        return new if leg.name == first.name else new.mirrored(leg.name)
+        return new if leg.name == first.name else new.mirrored(leg.name, partners)
 
     return tuple(map(changed, animal.legs))
 
@@ -271,6 +274,20 @@ def _check_names(legs: tuple[Leg, ...]) -> None:
         raise ModelError(f"legs named {', '.join(twice)} occur more than once; names must be unique")
 
 
+def _check_rules(legs: tuple[Leg, ...]) -> None:
+    names = [leg.name for leg in legs]
+    for leg in legs:
+        if leg.follows is not None and leg.follows not in names:
+            raise ModelError(f"leg {leg.name!r}: follows = {leg.follows!r}: must be one of {', '.join(names)}")
+    if any(leg.touchdown != "clock" for leg in legs) and all(leg.offset != 0.0 for leg in legs):
+        raise ModelError("no leg has offset 0: must be one that is put down at the start, unless all go by the clock")
+
+
+def _partners(legs: tuple[Leg, ...]) -> dict[str, str]:
+    """Name of the other leg of each leg's pair."""
+    return {a.name: b.name for a in legs for b in legs if a.pair == b.pair and a.name != b.name}
+
+
 def _check_pairs(legs: tuple[Leg, ...]) -> None:
     """Insist on mirror images, without which no gait is mirror-symmetric."""
     for pair in dict.fromkeys(leg.pair for leg in legs):
@@ -278,10 +295,10 @@ def _check_pairs(legs: tuple[Leg, ...]) -> None:
         names = ", ".join(leg.name for leg in members)
         if len(members) > 2:
             raise ModelError(f"pair {pair!r} has legs {names}: must be one or two")
-        if len(members) == 2 and not members[1].is_mirror_image_of(members[0]):
+        if len(members) == 2 and not members[1].is_mirror_image_of(members[0], _partners(legs)):
             raise ModelError(
                 f"legs {names} of pair {pair!r} must be mirror images: angle and hip's dx negated, "
-                "offsets 1 apart, all else equal"
+                "offsets 1 apart, each following the other's image, all else equal"
             )
 
 

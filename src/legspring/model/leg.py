@@ -1,11 +1,16 @@
 """One massless, springy, actuated leg."""
 
+from collections.abc import Mapping
 from math import isclose, pi, radians, remainder
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from legspring.model._base import Frozen, Label, Number, Positive, require_number
+from legspring.model.formula import Formula
+
+_NOBODY: Mapping[str, str] = MappingProxyType({})
 
 
 def _half_turn(angle: float) -> float:
@@ -20,6 +25,11 @@ def _close(one: float, other: float) -> bool:
 
 class Leg(Frozen):
     """A leg, eqs (2.1)-(2.2) and the placement of its foot.
+
+    Along the leg acts the force k (abs(r) - l) + c d(abs(r) - l)/dt, from hip to foot where it is
+    positive: a spring with a damper beside it, both between the foot and the end of the force-free
+    length l, so that the damper is idle while the leg follows that length. A foot is always put down at
+    the leg's force-free length and angle.
 
     Parameters
     ----------
@@ -42,7 +52,22 @@ class Leg(Frozen):
         What the leg does unless a family says otherwise; it gives ldev its sign.
     offset : float
         Time of the first touch-down, in units of the step's duration t_des, from 0 to below 2:
-        0 for the left tripod, 1 for the right one.
+        0 for the left tripod, 1 for the right one. A leg that does not go by the clock is put down at the
+        start if this is 0.
+    touchdown : {"clock", "ground", "lift-off"}
+        When it touches down: every two step durations; or when its foot, held at the leg's length and
+        angle, comes down to the ground, the line y = const through the foot that is down at the start (for
+        a sagittal plane: gravity along -y, slope 90 deg); or when another leg lifts off.
+    follows : str, optional
+        Name of that other leg.
+    stance : float, optional
+        Time from touch-down to lift-off, in step durations; by default a leg lifts off when its force is
+        zero.
+    damping : float
+        Damping c (N s/m).
+    length_law : str, optional
+        Force-free length l (m) as a formula in t (step durations since touch-down), l0, ldev (m) and phi
+        (rad), by default that of eq. (2.2), ``l0 - ldev*sin(pi*t + phi)``.
 
     Raises
     ------
@@ -59,6 +84,11 @@ class Leg(Frozen):
     actuation: Annotated[Number, Field(ge=0)]
     function: Literal["push", "pull"] = "push"
     offset: Annotated[Number, Field(ge=0, lt=2)]
+    touchdown: Literal["clock", "ground", "lift-off"] = "clock"
+    follows: Label | None = None
+    stance: Positive | None = None
+    damping: Annotated[Number, Field(ge=0)] = 0.0
+    length_law: Formula | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -80,18 +110,28 @@ class Leg(Frozen):
             raise ValueError(f"actuation = {self.actuation}: must be less than the length, {self.length} m")
         return self
 
+    @model_validator(mode="after")
+    def _follows_another(self) -> Self:
+        if (self.touchdown == "lift-off") != (self.follows is not None):
+            raise ValueError("touchdown = 'lift-off' and follows (the name of another leg) must be given together")
+        if self.follows == self.name:
+            raise ValueError(f"follows = {self.follows!r}: must be another leg")
+        return self
+
     @property
     def ldev(self) -> float:
         """Signed amplitude ldev of eq. (2.2) (m): negative in a leg that pushes."""
         return -self.actuation if self.function == "push" else self.actuation
 
-    def mirrored(self, name: str) -> "Leg":
+    def mirrored(self, name: str, partners: Mapping[str, str] = _NOBODY) -> "Leg":
         """Return the leg's mirror image: on the body's other side, one step later.
 
         Parameters
         ----------
         name : str
             Name of the image.
+        partners : mapping of str to str
+            Names of the images of other legs, for one that follows them.
 
         Returns
         -------
@@ -101,27 +141,33 @@ class Leg(Frozen):
         dx, dy = self.hip
         # 0.0 - x where -x would do, so that no zero turns into -0.0.
         image = {"hip": (0.0 - dx, dy), "angle": 0.0 - self.angle, "offset": (self.offset + 1.0) % 2.0}
-        return self.model_copy(update={"name": name, **image})
+        follows = None if self.follows is None else ({name: self.name} | dict(partners)).get(self.follows, self.follows)
+        return self.model_copy(update={"name": name, "follows": follows, **image})
 
-    def is_mirror_image_of(self, other: "Leg") -> bool:
+    def is_mirror_image_of(self, other: "Leg", partners: Mapping[str, str] = _NOBODY) -> bool:
         """Tell whether two legs are mirror images, up to rounding.
 
         Parameters
         ----------
         other : Leg
             The leg to compare with.
+        partners : mapping of str to str
+            Names of the images of the legs.
 
         Returns
         -------
         bool
             Whether this leg is `other` mirrored; names do not matter.
         """
-        image = other.mirrored(self.name)
+        image = other.mirrored(self.name, partners)
         return (
-            (self.pair, self.function) == (image.pair, image.function)
+            self._manner() == image._manner()
             and all(map(_close, self._geometry(), image._geometry()))
             and _close(remainder(self.offset - image.offset, 2.0), 0.0)  # offsets wrap around at 2
         )
 
     def _geometry(self) -> tuple[float, ...]:
-        return (*self.hip, self.length, self.stiffness, self.angle, self.actuation)
+        return (*self.hip, self.length, self.stiffness, self.angle, self.actuation, self.damping)
+
+    def _manner(self) -> tuple[object, ...]:
+        return (self.pair, self.function, self.touchdown, self.follows, self.stance, self.length_law)

@@ -1,0 +1,98 @@
+"""Formulas that users write: Python's arithmetic, of known names only; nothing in them is ever run."""
+
+import ast
+from functools import cache
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import AfterValidator
+
+from legspring.model._base import ModelError
+
+if TYPE_CHECKING:
+    import sympy
+
+VARIABLES = ("t", "l0", "ldev", "phi")
+"""Time since touch-down (step durations), nominal length (m), signed actuation (m), phase (rad)."""
+FUNCTIONS = ("sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt")
+LONGEST = 300
+"""Characters."""
+LARGEST_POWER = 20
+VALID = (
+    f"must be a formula in {', '.join(VARIABLES)}, pi and numbers, with + - * /, ** (up to {LARGEST_POWER}) "
+    f"and {', '.join(FUNCTIONS)}"
+)
+
+
+@cache
+def parse(text: str) -> "sympy.Expr":
+    """Return a formula as a SymPy expression in real symbols named as in `VARIABLES`.
+
+    Parameters
+    ----------
+    text : str
+        The formula.
+
+    Returns
+    -------
+    sympy.Expr
+        The expression.
+
+    Raises
+    ------
+    ModelError
+        If the text is no formula, or is too long.
+    """
+    if len(text) > LONGEST:
+        raise ModelError(f"must be a formula of at most {LONGEST} characters, is {len(text)} long")
+    try:
+        return _expression(ast.parse(text.strip(), mode="eval").body)
+    except (SyntaxError, ValueError, ArithmeticError, RecursionError, MemoryError) as error:
+        reason = str(error) if isinstance(error, ModelError) else "it cannot be read"
+        raise ModelError(f"{VALID}; {reason}") from None
+
+
+def _expression(node: ast.expr) -> "sympy.Expr":
+    import sympy
+
+    match node:
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
+            return sympy.Float(number)
+        case ast.Name(id="pi"):
+            return sympy.pi
+        case ast.Name(id=name) if name in VARIABLES:
+            return sympy.Symbol(name, real=True)
+        case ast.UnaryOp(op=ast.USub(), operand=operand):
+            return -_expression(operand)
+        case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+            return _expression(operand)
+        case ast.BinOp(left=left, op=ast.Pow(), right=right):
+            return _expression(left) ** _power(right)
+        case ast.BinOp(left=left, op=ast.Add(), right=right):
+            return _expression(left) + _expression(right)
+        case ast.BinOp(left=left, op=ast.Sub(), right=right):
+            return _expression(left) - _expression(right)
+        case ast.BinOp(left=left, op=ast.Mult(), right=right):
+            return _expression(left) * _expression(right)
+        case ast.BinOp(left=left, op=ast.Div(), right=right):
+            return _expression(left) / _expression(right)
+        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
+            return getattr(sympy, name)(_expression(argument))
+    raise ModelError(f"{ast.unparse(node)!r} is none of these")
+
+
+def _power(node: ast.expr) -> "sympy.Expr":
+    """Exponents are small numbers: towers of powers would never end."""
+    import sympy
+
+    power = _expression(node)
+    if not power.is_number or not abs(power) <= LARGEST_POWER:
+        raise ModelError(f"the power {ast.unparse(node)!r} is none of these")
+    return sympy.Integer(power) if power == int(power) else power
+
+
+def _checked(text: str) -> str:
+    parse(text)
+    return text
+
+
+Formula = Annotated[str, AfterValidator(_checked)]
