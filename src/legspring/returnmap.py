@@ -12,9 +12,11 @@ from legspring.kernel.run import run
 from legspring.kernel.walker import (
     ACTUATION,
     ANGLE,
+    DAMPING,
     EVENT_LOST,
     LENGTH,
     N_LEG,
+    NO_TOUCHDOWN,
     PHASE,
     STEP_TOO_SMALL,
     STIFFNESS,
@@ -42,7 +44,14 @@ START_ROWS = {
     "yaw_rate": rows.START_YAW_RATE,
     "turn": rows.TURN,
 }
-LEG_ROWS = {"phase": PHASE, "actuation": ACTUATION, "stiffness": STIFFNESS, "length": LENGTH, "angle": ANGLE}
+LEG_ROWS = {
+    "phase": PHASE,
+    "actuation": ACTUATION,
+    "stiffness": STIFFNESS,
+    "length": LENGTH,
+    "angle": ANGLE,
+    "damping": DAMPING,
+}
 Direction = str | tuple[str, str]
 
 MOST_STEPS_AT_ONCE = 2000
@@ -51,6 +60,7 @@ REASONS = {
     STEP_TOO_SMALL: "the integrator's step became too small: a leg collapsed to its hip, or forces are too stiff",
     TOO_MANY_STEPS: "the integrator needed too many steps: forces are too stiff for the step duration",
     EVENT_LOST: "a lift-off could not be located: the leg's force stays too near zero",
+    NO_TOUCHDOWN: "no leg touches down any more",
 }
 
 
@@ -70,7 +80,8 @@ class Start:
         Direction of motion relative to the body, counter-clockwise, rad.
     displacement
         Displacement of the centre of mass over the step before (x, y), m, which says where the legs that are still
-        down were put down; by default straight ahead at the desired speed.
+        down were put down; by default straight ahead at the desired speed. For an animal of which no leg goes by the
+        clock the default is that all legs of the step before are up.
     yaw, yaw_rate
         rad, rad/s; zero for a body whose yaw is held.
     turn
@@ -86,7 +97,9 @@ class Start:
 
     def in_kernel_units(self, setting: Setting) -> Floats:
         """Return the kernel's start, ``(7,)``."""
-        dx, dy = (0.0, setting.step_length) if self.displacement is None else self.displacement
+        # No displacement at all tells the kernel that no leg of the step before is down.
+        default = (0.0, 0.0 if setting.event_driven else setting.step_length)
+        dx, dy = default if self.displacement is None else self.displacement
         turn = 2.0 * self.yaw if self.turn is None else self.turn
         t_des = setting.step_duration
         return np.array([self.speed * t_des, self.heading, dx, dy, self.yaw, self.yaw_rate * t_des, turn])
@@ -103,9 +116,9 @@ def jets(
         See `flow`.
     along
         Directions: ``"speed"``, ``"heading"``, ``"Dx"``, ``"Dy"``, ``"yaw"``, ``"yaw_rate"``, ``"turn"`` of the start;
-        or pairs such as ``("phase", "F")`` of ``"phase"``, ``"actuation"`` (magnitude), ``"stiffness"``, ``"length"``
-        or ``"angle"`` and a pair of legs, which changes both legs alike (the angle: in mirror image). All in the
-        kernel's units.
+        or pairs such as ``("phase", "F")`` of ``"phase"``, ``"actuation"`` (magnitude), ``"stiffness"``, ``"length"``,
+        ``"angle"`` or ``"damping"`` and a pair of legs, which changes both legs alike (the angle: in mirror image).
+        All in the kernel's units.
 
     Raises
     ------
@@ -149,6 +162,8 @@ def flow(
 ) -> tuple[Walker, Tape]:
     """Simulate a number of steps.
 
+    A step lasts a step duration; that of an animal of which no leg goes by the clock ends at the next touch-down.
+
     Parameters
     ----------
     setting, phase
@@ -169,7 +184,8 @@ def flow(
     Returns
     -------
     walker, tape
-        The end, whose state ``y`` is ``(n, 1 + D)`` for D directions, and what happened.
+        The end, whose state ``y`` is ``(n, 1 + D)`` for D directions, and what happened. Where steps end at
+        touch-downs, the derivatives are those of the state at the touch-down, whose time varies.
 
     Raises
     ------
@@ -215,25 +231,28 @@ def complete_map(
 
     The state is (speed, heading, Dx, Dy), with (Dx, Dy) the displacement of the centre of mass over the last step,
     which says where the feet of the last tripod are; a yawing body adds (yaw, yaw rate, turn over the last step).
-    Lengths in m, times in step durations.
+    Where a start has no displacement, because no leg of the step before is down, there are no (Dx, Dy) and no turn.
+    Lengths in m, times in step durations. An animal whose legs have no mirror images is not mirrored.
 
     Returns
     -------
     state, jacobian
-        ``(n,)`` and ``(n, n)``, n = 4 or 7.
+        ``(n,)`` and ``(n, n)``, n from 2 to 7.
     """
-    yaws = setting.rows == 6
-    along = ["speed", "heading", "Dx", "Dy"] + (["yaw", "yaw_rate", "turn"] if yaws else [])
-    y = flow(setting, phase, start, along=along, accuracy=accuracy)[0].y
-    image = np.vstack([speed_and_heading(y), y[X], y[Y]])
-    mirror = np.array([1.0, -1.0, -1.0, 1.0])
-    if yaws:
+    memory = start.displacement is not None or not setting.event_driven
+    names = ["speed", "heading"] + (["Dx", "Dy"] if memory else [])
+    if setting.rows == 6:
+        names += ["yaw", "yaw_rate"] + (["turn"] if memory else [])
+    y = flow(setting, phase, start, along=names, accuracy=accuracy)[0].y
+    speed, heading = speed_and_heading(y)
+    images = {"speed": speed, "heading": heading, "Dx": y[X], "Dy": y[Y]}
+    if setting.rows == 6:
         turn = y[YAW].copy()
         turn[0] -= start.yaw
-        turn[1 + along.index("yaw")] -= 1.0
-        image = np.vstack([image, y[YAW], y[YAW_RATE], turn])
-        mirror = np.append(mirror, [-1.0, -1.0, -1.0])
-    image *= mirror[:, None]
+        turn[1 + names.index("yaw")] -= 1.0
+        images |= {"yaw": y[YAW], "yaw_rate": y[YAW_RATE], "turn": turn}
+    side = -1.0 if setting.mirrored else 1.0
+    image = np.array([images[name] * (1.0 if name in ("speed", "Dy") else side) for name in names])
     return image[:, 0], image[:, 1:]
 
 

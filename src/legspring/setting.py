@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from legspring.kernel.walker import Floats
-from legspring.model import Animal
+from legspring.kernel.walker import CLOCK, GROUND, N_LEG, Floats
+from legspring.kernel.written import address
+from legspring.model import Animal, Leg
 
 ACCURACY = 1e-10
 """Default relative accuracy of states."""
@@ -94,6 +95,13 @@ def checked_slope(slope: float | None, slope_deg: float | None) -> float:
         return math.radians(slope_deg)
     assert slope is not None
     return checked_angle("slope", slope, math.pi / 2)
+
+
+def trigger(leg: Leg, names: Sequence[str]) -> float:
+    """Return the kernel's number for what makes a leg touch down, given the names of all legs."""
+    if leg.follows is not None:
+        return names.index(leg.follows) + 1.0
+    return float(GROUND if leg.touchdown == "ground" else CLOCK)
 
 
 @dataclass(frozen=True)
@@ -182,24 +190,38 @@ class Setting:
         return np.array([gravity, animal.body.mass / inertia if self.rows == 6 and inertia else 0.0])
 
     def legs(self, phase: ArrayLike) -> Floats:
-        """Return the kernel's parameters of the legs, ``(L, 7)``, for the phase (rad) of each pair."""
+        """Return the kernel's parameters of the legs, ``(L, 11)``, for the phase (rad) of each pair."""
         angles = checked_vector("phase", phase, len(self.animal.pairs))
         if np.any(np.abs(angles) > 1e3):
             raise ValueError(f"phase = {phase!r}: must be angles in rad, of at most 1000")
-        scale = self.step_duration**2 / self.animal.body.mass
-        return np.array(
-            [
-                (
-                    *leg.hip,
-                    leg.stiffness * scale,
-                    leg.length,
-                    side * self.actuation[pair],
-                    angles[pair],
-                    leg.angle,
-                )
-                for leg, pair, side in zip(self.animal.legs, self.animal.pair_of, self.side, strict=True)
-            ]
-        )
+        time, mass = self.step_duration, self.animal.body.mass
+        names = [leg.name for leg in self.animal.legs]
+        rows = [
+            (
+                *leg.hip,
+                leg.stiffness * (time**2 / mass),
+                leg.length,
+                side * self.actuation[pair],
+                angles[pair],
+                leg.angle,
+                leg.damping * (time / mass),
+                trigger(leg, names),
+                leg.stance or 0.0,
+                address(leg.length_law),
+            )
+            for leg, pair, side in zip(self.animal.legs, self.animal.pair_of, self.side, strict=True)
+        ]
+        return np.array(rows, dtype=float).reshape(-1, N_LEG)
+
+    @property
+    def event_driven(self) -> bool:
+        """Whether no leg touches down by the clock, so that steps end at events."""
+        return all(leg.touchdown != "clock" for leg in self.animal.legs)
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether every other step is the mirror image of the one before: legs have images on the other side."""
+        return len(self.animal.legs) > len(self.animal.pairs)
 
     @property
     def weight(self) -> float:

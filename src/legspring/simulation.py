@@ -8,7 +8,8 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.kernel.dop853 import interpolate
-from legspring.kernel.walker import FOOT_X, GRIP_X, LAW, LIFTOFF, SPRING, Floats, Tape
+from legspring.kernel.measure import leg_series
+from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
 from legspring.model import Animal
 from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow
 from legspring.setting import (
@@ -42,8 +43,8 @@ def simulation(
     steps = round(2.0 * checked_positive("strides", strides))
     if abs(steps - 2.0 * strides) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
         raise ValueError(f"strides = {strides!r}: must be a multiple of 1/2, up to {MOST_STEPS_AT_ONCE // 2}")
-    _, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
-    s = np.linspace(0.0, steps, steps * SAMPLES + 1)
+    walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
+    s = np.linspace(0.0, walker.clock[TIME], steps * SAMPLES + 1)
     y, index = states_at(tape, s)
     if y.shape[1] == 4:
         y = np.pad(y, ((0, 0), (0, 2)))
@@ -94,10 +95,9 @@ def _legs(
     foot = stance[:, :, FOOT_X : FOOT_X + 2]
     reach = foot - y[:, None, :2] - hips
     length = np.hypot(reach[..., 0], reach[..., 1])
-    clock = np.stack([np.ones_like(s), -np.sin(np.pi * s), -np.cos(np.pi * s)], axis=-1)
-    free = np.einsum("tc,tlc->tl", clock, stance[:, :, LAW : LAW + 3])
+    free, force = np.moveaxis(leg_series(tape, index, s, y[:, : setting.rows]), -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        pull = np.where(down, stance[:, :, SPRING] * (length - free) / (setting.weight * length), 0.0)
+        pull = np.where(down, force / (setting.weight * length), 0.0)
     missing = np.where(down, 1.0, np.nan)
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
@@ -167,7 +167,8 @@ def simulate(
     yaw, yaw_rate
         Of the body, where it is free to yaw; rad, rad/s.
     strides
-        How long; a multiple of 1/2.
+        How long; a multiple of 1/2. Half a stride is a step, which lasts a step duration or, where no leg goes by the
+        clock, to the next touch-down.
     accuracy
         Relative accuracy of the states after a stride.
 
@@ -187,7 +188,7 @@ def simulate(
     setting = Setting(animal, checked_slope(slope, slope_deg), animal.functions(family), actuation)
     start = Start(
         checked_positive("speed", speed),
-        checked_angle("heading", heading, math.pi / 2),
+        checked_angle("heading", heading, math.pi if setting.event_driven else math.pi / 2),
         None if displacement is None else tuple(checked_vector("displacement", displacement, 2)),
         checked_angle("yaw", yaw, math.pi),
         checked_number("yaw_rate", yaw_rate),

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from legspring.kernel.run import run
-from legspring.kernel.walker import LIFTOFF, OK, TOUCHDOWN, Tape, Walker
+from legspring.kernel.walker import LIFTOFF, N_LEG, OK, TOUCHDOWN, Tape, Walker
 from legspring.model import cockroach
 from legspring.setting import TIGHT, Setting
 from tests.oracle.problem import Array, Direction, Event, Problem, Run, random_problem
@@ -105,7 +105,8 @@ def numbers(problem: Problem) -> list[Array]:
     """Body, legs and start in the kernel's units and the problem's precision."""
     p, t = problem, problem.t_des
     body = np.array([p.gravity * np.sin(p.slope) * t**2, 0.0 if p.inertia is None else p.mass / p.inertia])
-    legs = np.stack([*p.hip.T, p.stiffness * t**2 / p.mass, p.length, p.ldev, p.phase, p.angle], axis=1)
+    rules = np.zeros((N_LEG - 7, p.n_legs))
+    legs = np.stack([*p.hip.T, p.stiffness * t**2 / p.mass, p.length, p.ldev, p.phase, p.angle, *rules], axis=1)
     turn = 2 * p.yaw if p.turn is None else p.turn
     return [body, legs, np.array([p.speed * t, p.heading, *p.displacement, p.yaw, p.yaw_rate * t, turn])]
 

@@ -12,7 +12,7 @@ CODE = """
 import numpy as np
 from legspring.kernel import launch, walker
 legs = np.zeros((1, walker.N_LEG, 1))
-legs[0, :, 0] = 0, 0, 1, 0.03, 0.01, 1.0, 0
+legs[0, :7, 0] = 0, 0, 1, 0.03, 0.01, 1.0, 0
 w = walker.new_walker(np.zeros((2, 1)), legs, -np.ones(1), np.zeros(1), np.zeros((0, 3)), 4)
 launch.launch(w, np.full((launch.N_START, 1), 0.1))
 print(w.stance[0, walker.FOOT_Y, 0])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from legspring.kernel.measure import largest_force, leg_work
-from legspring.kernel.walker import EVENT_LOST, N_LEG, OK, STEP_TOO_SMALL, TOO_MANY_STEPS
+from legspring.kernel.walker import EVENT_LOST, FORMULA, N_LEG, NO_TOUCHDOWN, OK, STEP_TOO_SMALL, TOO_MANY_STEPS
 from legspring.setting import ACCURACY, TIGHT
 from tests.kernel import bridge
 from tests.kernel.bridge import Walk, attempt, point_mass, rigid_body, scale, sequence, simulate
@@ -270,11 +270,13 @@ def test_odd_input_ends_with_a_status(make: Callable[[int], Problem], value: flo
     given = bridge.jets(problem)
     places = [(array, index) for array in range(3) for index in np.ndindex(given[array].shape)]
     places += [(1, (slice(None), row, 0)) for row in range(N_LEG)]
+    # What is no address of a function cannot be called.
+    places = [(array, index) for array, index in places if array != 1 or index[1] != FORMULA]
     for array, index in places:
         changed = [numbers.copy() for numbers in given]
         changed[array][index] = value
         walk = attempt(problem, changed, accuracy=ACCURACY)
-        assert walk.status in (OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST)
+        assert walk.status in (OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN)
         assert walk.status != OK or np.all(np.isfinite(walk.walker.y))
 
 

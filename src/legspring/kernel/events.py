@@ -1,19 +1,22 @@
-"""When a leg lifts off: the first zero of its gap g = |r| - l after the ignored window.
+"""When a leg lifts off: the first zero of its gap after the ignored window; or when a foot comes to the ground.
 
 Over one step the gap is the quintic that has its value and two rates at both ends, in Bernstein's form: where all six
 coefficients have one sign there is no zero, and their convex hull bounds the first one from below. The quintic only
-says where to end the step; the zero itself is taken from a step that ends there.
+says where to end the step; the zero itself is taken from a step that ends there. For want of the gap's second rate
+it is the cubic.
 """
 
 import math
 
 from legspring.kernel.jit import formula, jit
-from legspring.kernel.walker import DOWN, SIGN, SINCE, Floats
+from legspring.kernel.walker import NOTHING, SIGN, SINCE, WATCHED, Floats
 
 WINDOW = 1.0 / 50.0
 """Step durations after its touch-down in which a leg does not lift off."""
 LANDED = 1e-5
 """Distance in time from a zero at which a step's end is moved onto it."""
+LANDED_BY_CUBIC = 1e-7
+"""The same where the gap's second rate is an estimate."""
 INSTANT = 1e-12
 """Times closer than this are one."""
 NONE, SHORTER, HERE = 0, 1, 2
@@ -105,12 +108,20 @@ def window_split(s: float, h: float, contacts: Floats, gaps: Floats, i: int) -> 
 def arm(s: float, h: float, contacts: Floats, gaps: Floats) -> None:
     """Set the sign of the gaps of the legs whose window has ended in the step just accepted."""
     for i in range(contacts.shape[0]):
-        fresh = contacts[i, DOWN] != 0.0 and contacts[i, SIGN] == 0.0
+        fresh = contacts[i, WATCHED] != NOTHING and contacts[i, SIGN] == 0.0
         if fresh and s + h >= contacts[i, SINCE] + WINDOW - INSTANT:
             sign = plain_sign(quintic(gaps, i, h))
             if sign == 0.0:
                 sign = math.copysign(1.0, gaps[1, i, 0] if gaps[1, i, 0] != 0.0 else gaps[1, i, 1])
             contacts[i, SIGN] = sign
+
+
+@formula
+def estimate_second(h: float, gaps: Floats, i: int) -> None:
+    """Set the second rate of leg i's gap at both ends of a step to that of the cubic with its values and rates."""
+    slope, v, v1 = (gaps[1, i, 0] - gaps[0, i, 0]) / h, gaps[0, i, 1], gaps[1, i, 1]
+    gaps[0, i, 2] = (6.0 * slope - 4.0 * v - 2.0 * v1) / h
+    gaps[1, i, 2] = (2.0 * v + 4.0 * v1 - 6.0 * slope) / h
 
 
 @formula
@@ -121,18 +132,21 @@ def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int,
     -------
     kind, where, leg
         ``NONE``; or ``SHORTER``: where is the factor by which to shorten the step; or ``HERE``: where is the time
-        from the step's end to a lift-off of this leg.
+        from the step's end to a zero of this leg's gap.
     """
     kind, fraction, here, leg = NONE, math.inf, 0.0, -1
     for i in range(contacts.shape[0]):
-        if contacts[i, DOWN] == 0.0:
+        if contacts[i, WATCHED] == NOTHING:
             continue
-        sign, shift = contacts[i, SIGN], math.inf
+        sign, shift, landed = contacts[i, SIGN], math.inf, LANDED
+        if math.isnan(gaps[1, i, 2]):
+            estimate_second(h, gaps, i)
+            landed = LANDED_BY_CUBIC
         if sign == 0.0:
             x = window_split(s, h, contacts, gaps, i)
         else:
             shift = time_to_zero(gaps, i)
-            near = abs(shift) < LANDED and sign * gaps[1, i, 1] < 0.0
+            near = abs(shift) < landed and sign * gaps[1, i, 1] < 0.0
             x = 1.0 + shift / h if near else first_zero(quintic(gaps, i, h), sign)
             shift = shift if near else math.inf
         if x < fraction:

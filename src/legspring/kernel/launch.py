@@ -2,22 +2,36 @@
 
 import math
 
-import numpy as np
-
-from legspring.kernel.jit import driver
+from legspring.kernel.jit import formula, jit
+from legspring.kernel.length import law
 from legspring.kernel.motion import measure_gaps
-from legspring.kernel.stride import FIRST_STEP, put_down
+from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, put_down, raise_leg
 from legspring.kernel.walker import (
+    ANGLE,
+    ARM_X,
+    ARM_Y,
+    BEGUN,
+    CLOCK,
     DOWN,
+    EVENT_DRIVEN,
+    FOOT_Y,
+    GROUND,
+    HIP_X,
+    HIP_Y,
     LENGTH,
+    LEVEL,
     LEVER,
     NEXT_STEP,
+    NOTHING,
     OFFSET,
     SIDE,
     SIGN,
+    STAY,
     TIME,
+    TRIGGER,
     VX,
     VY,
+    WATCHED,
     YAW,
     YAW_RATE,
     Floats,
@@ -31,52 +45,13 @@ SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE, TURN = 0, 1, 2, 3, 4, 5, 6
 N_START = 7
 
 
-@driver
-def launch(w: Walker, start: Floats) -> None:
-    """Set a walker to the start of a step (model: start of a simulation).
-
-    Parameters
-    ----------
-    w
-        Changed in place.
-    start
-        ``(7, C)``: speed (m per step duration), heading relative to the body, displacement of the centre of mass
-        over the last step (x, y), yaw, yaw rate, and change of yaw over the last step.
-    """
-    rows, width = w.y.shape
-    set_motion(w, start)
-    old = w.ahead
-    for i in range(w.contacts.shape[0]):
-        if w.contacts[i, OFFSET] == 0.0:
-            put_down(0.0, w.y, w.legs, i, w.stance, w.contacts)
-            continue
-        # The leg was put down by the body as it was then: back by so much of the last step.
-        ago = 2.0 - w.contacts[i, OFFSET]
-        old[:] = 0.0
-        for d in range(width):
-            old[X, d] = -ago * start[DX, d]
-            old[Y, d] = -ago * start[DY, d]
-            if rows == 6:
-                old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d]
-        put_down(-ago, old, w.legs, i, w.stance, w.contacts)
-        w.contacts[i, SIGN] = w.contacts[i, SIDE]
-    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
-    for i in range(w.contacts.shape[0]):
-        if w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:
-            w.contacts[i, DOWN] = 0.0
-    w.clock[TIME] = 0.0
-    w.clock[NEXT_STEP] = FIRST_STEP
-    # With three leg lengths a body that yaws comes out as accurate as one that does not.
-    w.clock[LEVER] = 3.0 * np.max(w.legs[:, LENGTH, 0])
-
-
-@driver
+@formula
 def set_motion(w: Walker, start: Floats) -> None:
     """Set the state: at the origin, moving with the start's speed in its direction."""
     rows, width = w.y.shape
     direction = start[HEADING, 0] + (start[START_YAW, 0] if rows == 6 else 0.0)
     sine, cosine, speed = math.sin(direction), math.cos(direction), start[SPEED, 0]
-    w.y[:] = 0.0
+    clear(w.y)
     for d in range(1, width):
         turn = speed * (start[HEADING, d] + (start[START_YAW, d] if rows == 6 else 0.0))
         w.y[VX, d] = -start[SPEED, d] * sine - turn * cosine
@@ -87,3 +62,87 @@ def set_motion(w: Walker, start: Floats) -> None:
         for d in range(width):
             w.y[YAW, d] = start[START_YAW, d]
             w.y[YAW_RATE, d] = start[START_YAW_RATE, d]
+
+
+@formula
+def place(i: int, w: Walker, start: Floats) -> None:
+    """Put leg i down, now or at its time in the last step, in which the body moved evenly, if it may still be down."""
+    if w.contacts[i, OFFSET] == 0.0:
+        put_down(0.0, w.y, w.legs, i, w.stance, w.contacts)
+        return
+    ago, old = 2.0 - w.contacts[i, OFFSET], w.ahead
+    clear(old)
+    for d in range(old.shape[1]):
+        old[X, d] = -ago * start[DX, d]
+        old[Y, d] = -ago * start[DY, d]
+        if old.shape[0] == 6:
+            old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d]
+    put_down(-ago, old, w.legs, i, w.stance, w.contacts)
+    w.contacts[i, SIGN] = w.contacts[i, SIDE]
+    stay = w.legs[i, STAY, 0]
+    rested = w.legs[i, TRIGGER, 0] != CLOCK and start[DX, 0] == 0.0 and start[DY, 0] == 0.0
+    if rested or (stay != 0.0 and stay <= ago):
+        raise_leg(w.legs, i, w.contacts)
+
+
+@formula
+def hold_ready(i: int, w: Walker) -> None:
+    """Note where leg i puts its foot down, seen from the body."""
+    begun, angle = w.stance[i, BEGUN, 0], w.legs[i, ANGLE, 0]
+    length = law(begun, w.stance, i, (math.sin(math.pi * begun), math.cos(math.pi * begun)))[0]
+    w.contacts[i, ARM_X] = w.legs[i, HIP_X, 0] - length * math.sin(angle)
+    w.contacts[i, ARM_Y] = w.legs[i, HIP_Y, 0] + length * math.cos(angle)
+
+
+@jit
+def prepare_events(w: Walker) -> None:
+    """Lay the ground under the first leg that is put down now, and hold ready the feet that wait for it."""
+    clear(w.delay)
+    clear(w.lag)
+    for i in range(w.contacts.shape[0] - 1, -1, -1):
+        if w.contacts[i, OFFSET] == 0.0:
+            copy(w.stance[i, FOOT_Y], w.ground)
+    for i in range(w.contacts.shape[0]):
+        w.contacts[i, LEVEL] = w.ground[0]
+        if w.legs[i, TRIGGER, 0] == GROUND:
+            hold_ready(i, w)
+    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, WATCHED] != NOTHING and w.contacts[i, SIGN] == 0.0 and w.legs[i, TRIGGER, 0] != CLOCK:
+            aim(i, w)
+
+
+@jit
+def launch(w: Walker, start: Floats) -> None:
+    """Set a walker to the start of a step (model: start of a simulation).
+
+    Parameters
+    ----------
+    w
+        Changed in place.
+    start
+        ``(7, C)``: speed (m per step duration), heading relative to the body, displacement of the centre of mass
+        over the last step (x, y), yaw, yaw rate, and change of yaw over the last step. Of the legs that do not go by
+        the clock none was down before if there was no displacement, (0, 0).
+    """
+    set_motion(w, start)
+    w.clock[TIME] = 0.0
+    w.clock[NEXT_STEP] = FIRST_STEP
+    # With three leg lengths a body that yaws comes out as accurate as one that does not.
+    w.clock[LEVER] = 0.0
+    for i in range(w.legs.shape[0]):
+        w.clock[LEVER] = max(w.clock[LEVER], 3.0 * w.legs[i, LENGTH, 0])
+    w.clock[EVENT_DRIVEN] = 1.0
+    events = False
+    for i in range(w.contacts.shape[0]):
+        place(i, w, start)
+        if w.legs[i, TRIGGER, 0] == CLOCK:
+            w.clock[EVENT_DRIVEN] = 0.0
+        else:
+            events = True
+    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, DOWN] != 0.0 and w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:
+            raise_leg(w.legs, i, w.contacts)
+    if events:
+        prepare_events(w)

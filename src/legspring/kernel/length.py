@@ -2,19 +2,47 @@
 
     l(s) = l0 - ldev sin(pi (s - s_touchdown) + phi) = a - b sin(pi s) - c cos(pi s)
 
-The coefficients (a, b, c) are fixed at touch-down, so that all legs share one sine and one cosine. Another law is
-another module with these four functions.
+The coefficients (a, b, c) are fixed at touch-down, so that all legs share one sine and one cosine. A law that a user
+has written has the coefficients (l0, ldev, phi) and is a function of them and of the time since touch-down.
 """
 
 import math
 
 from legspring.kernel.jit import formula, jit
-from legspring.kernel.walker import ACTUATION, LAW, LENGTH, PHASE, Floats
+from legspring.kernel.walker import (
+    ACTUATION,
+    BEGUN,
+    DAMPED,
+    DAMPER,
+    DAMPING,
+    FORMULA,
+    LAW,
+    LENGTH,
+    MANNER,
+    PHASE,
+    PLAIN,
+    Floats,
+)
+from legspring.kernel.written import call
+
+Law = tuple[float, float, float, float, float, float, float, float, float, float, float]
 
 
 @jit
 def set_law(legs: Floats, i: int, since: float, stance: Floats) -> None:
-    """Write the law's coefficients for a touch-down of leg i at time ``since`` into its stance."""
+    """Write law and damper of leg i into its stance, for a touch-down at a time ``since`` without derivatives."""
+    stance[i, MANNER, 0] = legs[i, FORMULA, 0]
+    for d in range(legs.shape[2]):
+        stance[i, BEGUN, d] = 0.0
+        stance[i, DAMPER, d] = legs[i, DAMPING, d]
+        if stance[i, MANNER, 0] == PLAIN and legs[i, DAMPING, d] != 0.0:
+            stance[i, MANNER, 0] = DAMPED
+    stance[i, BEGUN, 0] = since
+    if stance[i, MANNER, 0] > DAMPED:
+        for d in range(legs.shape[2]):
+            for n in range(3):
+                stance[i, LAW + n, d] = legs[i, LENGTH + n, d]
+        return
     angle = legs[i, PHASE, 0] - math.pi * since
     sine, cosine, ldev = math.sin(angle), math.cos(angle), legs[i, ACTUATION, 0]
     for d in range(legs.shape[2]):
@@ -23,6 +51,16 @@ def set_law(legs: Floats, i: int, since: float, stance: Floats) -> None:
         stance[i, LAW + 2, d] = legs[i, ACTUATION, d] * sine + ldev * cosine * legs[i, PHASE, d]
     stance[i, LAW + 1, 0] = ldev * cosine
     stance[i, LAW + 2, 0] = ldev * sine
+
+
+@jit
+def delay_law(stance: Floats, i: int, delay: Floats) -> None:
+    """Add to the law of leg i, just put down, the derivatives of its time of touch-down."""
+    for d in range(1, delay.size):
+        stance[i, BEGUN, d] = delay[d]
+        if stance[i, MANNER, 0] <= DAMPED:
+            stance[i, LAW + 1, d] += math.pi * delay[d] * stance[i, LAW + 2, 0]
+            stance[i, LAW + 2, d] -= math.pi * delay[d] * stance[i, LAW + 1, 0]
 
 
 @formula
@@ -44,3 +82,33 @@ def length_rates(b: float, c: float, sine: float, cosine: float) -> tuple[float,
 def length_partials(sine: float, cosine: float) -> tuple[float, float, float]:
     """Partial derivatives of the force-free length by the three coefficients."""
     return 1.0, -sine, -cosine
+
+
+@jit
+def law(s: float, stance: Floats, i: int, phase: tuple[float, float]) -> Law:
+    """Everything about the law of leg i at time s, whatever law it is.
+
+    Returns
+    -------
+    tuple of float
+        The force-free length and its first two rates; the partial derivatives of the length by the rows of the stance
+        from LAW to BEGUN; those of its rate.
+    """
+    if stance[i, MANNER, 0] <= DAMPED:
+        sine, cosine = phase
+        a, b, c = stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0]
+        rate, second = length_rates(b, c, sine, cosine)
+        by_a, by_b, by_c = length_partials(sine, cosine)
+        return (
+            length(a, b, c, sine, cosine), rate, second,
+            by_a, by_b, by_c, 0.0,
+            0.0, -math.pi * cosine, math.pi * sine, 0.0,
+        )  # fmt: skip
+    n = call(
+        stance[i, MANNER, 0],
+        s - stance[i, BEGUN, 0],
+        stance[i, LAW, 0],
+        stance[i, LAW + 1, 0],
+        stance[i, LAW + 2, 0],
+    )
+    return n[0], n[1], n[2], n[3], n[4], n[5], -n[1], n[6], n[7], n[8], -n[2]

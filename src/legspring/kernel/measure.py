@@ -6,9 +6,9 @@ import numpy as np
 
 from legspring.kernel.dop853 import interpolate
 from legspring.kernel.jit import driver, formula, jit
-from legspring.kernel.length import length_rates
-from legspring.kernel.motion import spring, turn
-from legspring.kernel.walker import LAW, SPRING, Floats, Tape
+from legspring.kernel.length import law
+from legspring.kernel.motion import leg_force, turn
+from legspring.kernel.walker import Floats, Ints, Tape
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 PARTS = 4
@@ -31,20 +31,49 @@ def leg_rates(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, f
     s = tape.time[n] + x * tape.size[n]
     phase = math.sin(math.pi * s), math.cos(math.pi * s)
     lean = turn(y)
-    rx, ry, hx, hy, r, gap = spring(y, tape.stance[n], i, lean, phase)
+    rx, ry, hx, hy, r, force = leg_force(s, y, tape.stance[n], i, lean, phase)
     vx, vy = -y[2, 0], -y[3, 0]
     if y.shape[0] == 6:
         vx, vy = vx + y[5, 0] * hy, vy - y[5, 0] * hx
-    return tape.stance[n, i, SPRING, 0] * gap, (rx * vx + ry * vy) / r
+    return force, (rx * vx + ry * vy) / r
 
 
 @driver
 def stretch_rates(tape: Tape, n: int, x: float, i: int) -> tuple[float, float]:
     """Rates of the length and of the force-free length of leg i at the fraction x of step n."""
     _, rate = leg_rates(tape, n, x, i, np.zeros(tape.y.shape[1:]))
-    phase = math.pi * (tape.time[n] + x * tape.size[n])
-    law = tape.stance[n, i]
-    return rate, length_rates(law[LAW + 1, 0], law[LAW + 2, 0], math.sin(phase), math.cos(phase))[0]
+    s = tape.time[n] + x * tape.size[n]
+    return rate, law(s, tape.stance[n], i, (math.sin(math.pi * s), math.cos(math.pi * s)))[1]
+
+
+@driver
+def leg_series(tape: Tape, index: Ints, times: Floats, y: Floats) -> Floats:
+    """Force-free length and force (per mass, > 0 pulling) of the legs at some times.
+
+    Parameters
+    ----------
+    tape
+        What was simulated.
+    index
+        ``(T,)``: the step in which each time is.
+    times, y
+        ``(T,)``, ``(T, n)``: times, and the states then.
+
+    Returns
+    -------
+    ndarray
+        ``(T, L, 2)``; without meaning for legs in swing.
+    """
+    out = np.zeros((times.size, tape.down.shape[1], 2))
+    state = np.zeros((y.shape[1], 1))
+    for row in range(times.size):
+        state[:, 0] = y[row]
+        s, stance = times[row], tape.stance[index[row]]
+        lean, phase = turn(state), (math.sin(math.pi * s), math.cos(math.pi * s))
+        for i in range(out.shape[1]):
+            out[row, i, 0] = law(s, stance, i, phase)[0]
+            out[row, i, 1] = leg_force(s, state, stance, i, lean, phase)[5]
+    return out
 
 
 @jit
@@ -115,8 +144,8 @@ def force_at(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, fl
     fx = fy = 0.0
     for leg in range(tape.down.shape[1]):
         if tape.down[n, leg] != 0.0 and i in (leg, ALL_LEGS):
-            rx, ry, _, _, r, gap = spring(y, tape.stance[n], leg, lean, phase)
-            pull = tape.stance[n, leg, SPRING, 0] * gap / r
+            rx, ry, _, _, r, force = leg_force(s, y, tape.stance[n], leg, lean, phase)
+            pull = force / r
             fx += pull * rx
             fy += pull * ry
     return fx, fy, math.hypot(fx, fy)

@@ -1,24 +1,34 @@
 """Right-hand side of the equations of motion and of their variational equations (Eqs. 2.1-2.6)."""
 
 import math
+from typing import NamedTuple
 
 from legspring.kernel.jit import formula, jit
-from legspring.kernel.length import length, length_partials, length_rates
+from legspring.kernel.length import Law, law, length, length_partials, length_rates
 from legspring.kernel.walker import (
+    ARM_X,
+    ARM_Y,
+    DAMPER,
     DOWN,
     FOOT_X,
     FOOT_Y,
+    FORCE,
     GRAVITY,
     GRIP_X,
     GRIP_Y,
     GYRATION,
+    HEIGHT,
     LAW,
+    LEVEL,
+    MANNER,
+    PLAIN,
     PUSH_X,
     PUSH_Y,
     SPRING,
     VARIED,
     VX,
     VY,
+    WATCHED,
     YAW,
     YAW_RATE,
     Floats,
@@ -54,8 +64,8 @@ def rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, c
     moment = 0.0
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
-            pull = stance[i, SPRING, 0] * gap / r
+            rx, ry, hx, hy, r, force = leg_force(s, y, stance, i, lean, phase)
+            pull = force / r
             ax += pull * rx
             ay += pull * ry
             moment += pull * (hx * ry - hy * rx)
@@ -69,16 +79,59 @@ def rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, c
 
 
 @formula
-def spring(
-    y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair
-) -> tuple[float, float, float, float, float, float]:
-    """Leg i as a vector from hip to foot (x, y), its hip (x, y), its length |r|, and its gap |r| - l."""
+def reach(y: Floats, stance: Floats, i: int, lean: Pair) -> tuple[float, float, float, float, float]:
+    """Leg i as a vector from hip to foot (x, y), its hip (x, y), and its length |r|."""
     hx, hy = hip(stance[i, GRIP_X, 0], stance[i, GRIP_Y, 0], lean)
     rx = stance[i, FOOT_X, 0] - y[X, 0] - hx
     ry = stance[i, FOOT_Y, 0] - y[Y, 0] - hy
-    r = math.sqrt(rx * rx + ry * ry)
-    free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
-    return rx, ry, hx, hy, r, r - free
+    return rx, ry, hx, hy, math.sqrt(rx * rx + ry * ry)
+
+
+@formula
+def leg_force(
+    s: float, y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair
+) -> tuple[float, float, float, float, float, float]:
+    """Leg i as `reach` gives it, and its force (per mass, > 0 pulling)."""
+    rx, ry, hx, hy, r = reach(y, stance, i, lean)
+    if stance[i, MANNER, 0] == PLAIN:
+        free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
+        force = stance[i, SPRING, 0] * (r - free)
+    else:
+        force = any_force(s, y, stance, i, lean, phase)
+    return rx, ry, hx, hy, r, force
+
+
+class Strut(NamedTuple):
+    """A moving leg: vector from hip to foot, its length and rate; the hip; gap |r| - l, its rate; force per mass."""
+
+    rx: float
+    ry: float
+    r: float
+    vx: float
+    vy: float
+    hx: float
+    hy: float
+    gap: float
+    rate: float
+    force: float
+
+
+@formula
+def strut(y: Floats, stance: Floats, i: int, lean: Pair, free: float, free_rate: float) -> Strut:
+    """Leg i with everything that its force depends on."""
+    rx, ry, hx, hy, r = reach(y, stance, i, lean)
+    spin = y[YAW_RATE, 0] if y.shape[0] == 6 else 0.0
+    vx, vy = spin * hy - y[VX, 0], -spin * hx - y[VY, 0]
+    gap, rate = r - free, (rx * vx + ry * vy) / r - free_rate
+    force = stance[i, SPRING, 0] * gap + stance[i, DAMPER, 0] * rate
+    return Strut(rx, ry, r, vx, vy, hx, hy, gap, rate, force)
+
+
+@jit
+def any_force(s: float, y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> float:
+    """Force of leg i (per mass, > 0 pulling), whatever its law, and with its damper."""
+    numbers = law(s, stance, i, phase)
+    return strut(y, stance, i, lean, numbers[0], numbers[1]).force
 
 
 @jit
@@ -98,7 +151,10 @@ def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: F
     moment = 0.0
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
-            moment += add_tangents(y, stance, i, out, lean, phase, contacts[i, VARIED] != 0.0)
+            if stance[i, MANNER, 0] == PLAIN:
+                moment += add_tangents(y, stance, i, out, lean, phase, contacts[i, VARIED] != 0.0)
+            else:
+                moment += add_any_tangents(s, y, stance, i, out, lean, phase)
     if rows == 6:
         for d in range(1, width):
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
@@ -115,14 +171,15 @@ def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, pha
     so that each row is a fixed linear combination of the rows of the stance and of the state. The hip moves with
     its offset in the body, turned by the yaw, and with the yaw itself.
     """
-    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
+    rx, ry, hx, hy, r = reach(y, stance, i, lean)
+    gap = r - length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
     ux, uy, q, stiffness = rx / r, ry / r, gap / r, stance[i, SPRING, 0]
     along = stiffness * (1.0 - q)
     kxx, kxy, kyy = stiffness * q + along * ux * ux, along * ux * uy, stiffness * q + along * uy * uy
-    law = length_partials(phase[0], phase[1])
+    partials = length_partials(phase[0], phase[1])
     # Factors of the rows of the stance, in their order, and of the yaw.
-    row_x = force_row(kxx, kxy, ux, gap, stiffness, lean, law)
-    row_y = force_row(kxy, kyy, uy, gap, stiffness, lean, law)
+    row_x = force_row(kxx, kxy, ux, gap, stiffness, lean, partials)
+    row_y = force_row(kxy, kyy, uy, gap, stiffness, lean, partials)
     yaw_x, yaw_y = hy * kxx - hx * kxy, hy * kxy - hx * kyy
     add_row(y, stance, i, out[VX], row_x, yaw_x, varied)
     add_row(y, stance, i, out[VY], row_y, yaw_y, varied)
@@ -171,9 +228,79 @@ def add_row(y: Floats, stance: Floats, i: int, out: Floats, f: Factors, yaw: flo
 
 
 @formula
-def gap_rates(y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
-    """Gap |r| - l of leg i and its first two time derivatives, in the state y whose rates are ``f``."""
-    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
+def change(
+    y: Floats, stance: Floats, i: int, d: int, lean: Pair, leg: Strut, numbers: Law
+) -> tuple[float, float, float, float, float]:
+    """Differentiate leg i along one direction: vector from hip to foot (x, y), hip (x, y), force.
+
+    With r = |r| u, the gap g = |r| - l and the force k g + c g', the derivative of the rate g' = u r' - l' is
+    u dr' + du r' - dl', du = (dr - u (u dr)) / |r|.
+    """
+    ux, uy, spin, yaw, spin_d = leg.rx / leg.r, leg.ry / leg.r, 0.0, 0.0, 0.0
+    if y.shape[0] == 6:
+        spin, yaw, spin_d = y[YAW_RATE, 0], y[YAW, d], y[YAW_RATE, d]
+    hx, hy = hip(stance[i, GRIP_X, d], stance[i, GRIP_Y, d], lean)
+    hx, hy = hx - yaw * leg.hy, hy + yaw * leg.hx
+    rx, ry = stance[i, FOOT_X, d] - y[X, d] - hx, stance[i, FOOT_Y, d] - y[Y, d] - hy
+    vx, vy = spin_d * leg.hy + spin * hy - y[VX, d], -spin_d * leg.hx - spin * hx - y[VY, d]
+    gap = along = ux * rx + uy * ry
+    rate = ux * vx + uy * vy + ((rx - along * ux) * leg.vx + (ry - along * uy) * leg.vy) / leg.r
+    gap -= numbers[3] * stance[i, LAW, d] + numbers[4] * stance[i, LAW + 1, d]
+    gap -= numbers[5] * stance[i, LAW + 2, d] + numbers[6] * stance[i, LAW + 3, d]
+    rate -= numbers[7] * stance[i, LAW, d] + numbers[8] * stance[i, LAW + 1, d]
+    rate -= numbers[9] * stance[i, LAW + 2, d] + numbers[10] * stance[i, LAW + 3, d]
+    force = stance[i, SPRING, 0] * gap + leg.gap * stance[i, SPRING, d]
+    force += stance[i, DAMPER, 0] * rate + leg.rate * stance[i, DAMPER, d]
+    return rx, ry, hx, hy, force
+
+
+@jit
+def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> None:
+    """Write the derivatives of the force (per mass) of leg i at time s into ``out``."""
+    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    numbers = law(s, stance, i, phase)
+    leg = strut(y, stance, i, lean, numbers[0], numbers[1])
+    for d in range(1, out.size):
+        out[d] = change(y, stance, i, d, lean, leg, numbers)[4]
+
+
+@jit
+def add_any_tangents(s: float, y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair) -> float:
+    """Do what `add_tangents` does for a leg with any law and damper."""
+    numbers = law(s, stance, i, phase)
+    leg = strut(y, stance, i, lean, numbers[0], numbers[1])
+    ux, uy = leg.rx / leg.r, leg.ry / leg.r
+    fx, fy = leg.force * ux, leg.force * uy
+    for d in range(1, y.shape[1]):
+        rx, ry, hx, hy, force = change(y, stance, i, d, lean, leg, numbers)
+        along = ux * rx + uy * ry
+        fx_d = force * ux + leg.force * (rx - along * ux) / leg.r
+        fy_d = force * uy + leg.force * (ry - along * uy) / leg.r
+        out[VX, d] += fx_d
+        out[VY, d] += fy_d
+        if y.shape[0] == 6:
+            out[YAW_RATE, d] += hx * fy + leg.hx * fy_d - hy * fx - leg.hy * fx_d
+    return leg.hx * fy - leg.hy * fx
+
+
+@jit
+def any_gap(s: float, stance: Floats, i: int, phase: Pair, r: float, rate: float, second: float) -> Triple:
+    """Gap of leg i with any law and damper, and its rates, from the leg's length and its rates.
+
+    With a damper the gap is the force by the stiffness; its second derivative would take one more of the state: nan.
+    """
+    numbers = law(s, stance, i, phase)
+    gap, rate, second = r - numbers[0], rate - numbers[1], second - numbers[2]
+    damper = stance[i, DAMPER, 0] / stance[i, SPRING, 0]
+    if damper == 0.0:
+        return gap, rate, second
+    return gap + damper * rate, rate + damper * second, math.nan
+
+
+@formula
+def gap_rates(s: float, y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
+    """Gap of leg i and its first two time derivatives, in the state y whose rates are ``f``."""
+    rx, ry, hx, hy, r = reach(y, stance, i, lean)
     vx, vy, ax, ay = -y[VX, 0], -y[VY, 0], -f[VX, 0], -f[VY, 0]
     if y.shape[0] == 6:
         spin, spin_rate = y[YAW_RATE, 0], f[YAW_RATE, 0]
@@ -181,17 +308,30 @@ def gap_rates(y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: P
         ax, ay = ax + spin_rate * hy + spin**2 * hx, ay - spin_rate * hx + spin**2 * hy
     rate = (rx * vx + ry * vy) / r
     second = (vx * vx + vy * vy + rx * ax + ry * ay - rate * rate) / r
+    if stance[i, MANNER, 0] != PLAIN:
+        return any_gap(s, stance, i, phase, r, rate, second)
+    free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
     free_rate, free_second = length_rates(stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
-    return gap, rate - free_rate, second - free_second
+    return r - free, rate - free_rate, second - free_second
+
+
+@formula
+def height_rates(y: Floats, f: Floats, contacts: Floats, i: int, lean: Pair) -> Triple:
+    """Height above the ground of the foot of leg i, held ready, and its first two time derivatives."""
+    x, height = hip(contacts[i, ARM_X], contacts[i, ARM_Y], lean)
+    rate = second = 0.0
+    if y.shape[0] == 6:
+        spin = y[YAW_RATE, 0]
+        rate, second = spin * x, f[YAW_RATE, 0] * x - spin**2 * height
+    return y[Y, 0] + height - contacts[i, LEVEL], y[VY, 0] + rate, f[VY, 0] + second
 
 
 @jit
 def measure_gaps(s: float, y: Floats, f: Floats, stance: Floats, contacts: Floats, gaps: Floats) -> None:
-    """Write the gap and its rates for every leg in stance into ``gaps``; ``f`` holds the rates of y."""
+    """Write the gap and its rates for every leg whose gap is watched into ``gaps``; ``f`` holds the rates of y."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     for i in range(contacts.shape[0]):
-        if contacts[i, DOWN] != 0.0:
-            g, v, a = gap_rates(y, f, stance, i, lean, phase)
-            gaps[i, 0] = g
-            gaps[i, 1] = v
-            gaps[i, 2] = a
+        if contacts[i, WATCHED] == FORCE:
+            gaps[i, 0], gaps[i, 1], gaps[i, 2] = gap_rates(s, y, f, stance, i, lean, phase)
+        elif contacts[i, WATCHED] == HEIGHT:
+            gaps[i, 0], gaps[i, 1], gaps[i, 2] = height_rates(y, f, contacts, i, lean)

@@ -2,8 +2,8 @@
 
 from legspring.kernel.jit import driver
 from legspring.kernel.launch import launch
-from legspring.kernel.stride import advance
-from legspring.kernel.walker import OK, Floats, Tape, Walker, new_tape, new_walker
+from legspring.kernel.stride import LONGEST_STEP, advance
+from legspring.kernel.walker import EVENT_DRIVEN, OK, TIME, Floats, Tape, Walker, new_tape, new_walker
 
 
 @driver
@@ -20,7 +20,7 @@ def run(
     steps: int,
     events: int,
 ) -> tuple[int, Walker, Tape]:
-    """Simulate from a start to time ``end``.
+    """Simulate from a start to time ``end`` or, where no leg goes by the clock, for so many steps.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def run(
     rows
         4 where the yaw is held, else 6.
     end
-        Step durations.
+        Step durations, or steps.
     scale
         Largest error estimate of a step, m.
     steps, events
@@ -49,7 +49,8 @@ def run(
     status, step = OK, 0
     while status == OK and step < end:
         step += 1
-        status = advance(w, min(float(step), end), scale, tape)
+        by_clock = w.clock[EVENT_DRIVEN] == 0.0
+        status = advance(w, min(float(step), end) if by_clock else w.clock[TIME] + LONGEST_STEP, scale, tape)
         if status == OK and step <= end:
             tape.touchdowns[step] = w.y[:, 0]
     return status, w, tape

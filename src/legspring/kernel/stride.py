@@ -1,4 +1,10 @@
-"""The hybrid flow: steps of the integrator between touch-downs by the clock and lift-offs by zero force."""
+"""The hybrid flow: steps of the integrator between touch-downs and lift-offs, by the clock or by an event.
+
+Derivatives are those of the state at a fixed time. Where an event moves with the parameters, the states around it are
+first taken along to it (y' += f dt'), what happens there is made to happen at the moving time, and then they are taken
+back with the rates that hold after it (y' -= f dt'). Where neither the rates jump nor a leg is put down, nothing comes
+of that, and it is left out.
+"""
 
 import math
 
@@ -7,33 +13,47 @@ import numpy as np
 from legspring.kernel.dop853 import interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit, part
-from legspring.kernel.length import length, set_law
-from legspring.kernel.motion import hip, measure_gaps, rates, tangent_rates, turn
+from legspring.kernel.length import delay_law, law, set_law
+from legspring.kernel.motion import force_changes, hip, measure_gaps, rates, tangent_rates, turn
 from legspring.kernel.walker import (
     ANGLE,
+    BEGUN,
+    CLOCK,
     DOWN,
     EVALUATIONS,
+    EVENT_DRIVEN,
     EVENT_LOST,
     FOOT_X,
     FOOT_Y,
+    FORCE,
     GRIP_X,
     GRIP_Y,
+    GROUND,
+    HEIGHT,
     HIP_X,
     HIP_Y,
     LAW,
+    LEVER,
     LIFTOFF,
     NEXT_STEP,
+    NO_TOUCHDOWN,
+    NOTHING,
+    OFFSET,
     OK,
     PUSH_X,
+    PUSH_Y,
     SIGN,
     SINCE,
     SPRING,
+    STAY,
     STEP_TOO_SMALL,
     STIFFNESS,
     TIME,
     TOO_MANY_STEPS,
     TOUCHDOWN,
+    TRIGGER,
     VARIED,
+    WATCHED,
     YAW,
     Floats,
     Tape,
@@ -47,6 +67,10 @@ SMALLEST_STEP = 1e-13
 MOST_STEPS = 1000
 """Steps between two touch-downs after which an integration gives up."""
 MOST_TRIES = 40
+LONGEST_STEP = 50.0
+"""Step durations after which an event-driven animal is given up if no leg touches down."""
+NEARLY = 1e-9
+"""A gap this much smaller than the legs is zero, when it comes to where it is going."""
 
 
 @formula
@@ -54,6 +78,13 @@ def copy(source: Floats, target: Floats) -> None:
     """Copy an array into another of the same shape; without the temporary copy that a slice assignment makes."""
     for index in np.ndindex(source.shape):
         target[index] = source[index]
+
+
+@formula
+def clear(a: Floats) -> None:
+    """Set all of an array to zero; without a temporary array."""
+    for index in np.ndindex(a.shape):
+        a[index] = 0.0
 
 
 @jit
@@ -71,13 +102,15 @@ def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts
     sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
     lean = turn(y)
     hx, hy = hip(legs[i, HIP_X, 0], legs[i, HIP_Y, 0], lean)
-    reach = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], sine, cosine)
+    numbers = law(s, stance, i, (sine, cosine))
+    reach = numbers[0]
     angle = legs[i, ANGLE, 0] + (y[YAW, 0] if yaws else 0.0)
     ux, uy = -math.sin(angle), math.cos(angle)
     for d in range(1, legs.shape[2]):
         yaw = y[YAW, d] if yaws else 0.0
         swing = reach * (legs[i, ANGLE, d] + yaw)
-        stretch = length(stance[i, LAW, d], stance[i, LAW + 1, d], stance[i, LAW + 2, d], sine, cosine)
+        stretch = numbers[3] * stance[i, LAW, d] + numbers[4] * stance[i, LAW + 1, d]
+        stretch += numbers[5] * stance[i, LAW + 2, d]
         hip_x = lean[0] * legs[i, HIP_X, d] - lean[1] * legs[i, HIP_Y, d] - yaw * hy
         hip_y = lean[1] * legs[i, HIP_X, d] + lean[0] * legs[i, HIP_Y, d] + yaw * hx
         stance[i, FOOT_X, d] = y[X, d] + hip_x + stretch * ux - swing * uy
@@ -87,6 +120,7 @@ def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts
     contacts[i, SINCE] = s
     contacts[i, DOWN] = 1.0
     contacts[i, SIGN] = 0.0
+    contacts[i, WATCHED] = FORCE if legs[i, STAY, 0] == 0.0 else NOTHING
 
 
 @formula
@@ -99,33 +133,6 @@ def record_event(tape: Tape, s: float, leg: int, kind: int, rate: float) -> None
         tape.counts[1] += 1
 
 
-@part
-def touch_down(s: float, w: Walker, tape: Tape) -> None:
-    """Put down the legs whose time has come."""
-    for i in range(w.contacts.shape[0]):
-        if s >= w.contacts[i, SINCE] + 2.0:
-            put_down(s, w.y, w.legs, i, w.stance, w.contacts)
-            record_event(tape, s, i, TOUCHDOWN, 0.0)
-
-
-@part
-def lift_off(s: float, leaving: int, w: Walker, tape: Tape) -> None:
-    """Lift the leg that is leaving (-1: none), and those whose gap is at zero with it, or a hair past it.
-
-    Their force is zero: the rates stay as they are, but for those of the derivatives, since the force's are not zero.
-    """
-    lifted = False
-    for i in range(w.contacts.shape[0]):
-        sign, rate = w.contacts[i, SIGN], w.gaps[0, i, 1]
-        gone = i == leaving or sign * w.gaps[0, i, 0] <= 1e-13 * abs(rate)
-        if w.contacts[i, DOWN] != 0.0 and sign != 0.0 and gone:
-            w.contacts[i, DOWN] = 0.0
-            record_event(tape, s, i, LIFTOFF, rate)
-            lifted = True
-    if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
-
-
 @jit
 def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
@@ -136,21 +143,161 @@ def refresh(s: float, w: Walker) -> None:
     measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
 
 
+@formula
+def raise_leg(legs: Floats, i: int, contacts: Floats) -> None:
+    """Take leg i off the ground."""
+    contacts[i, DOWN] = 0.0
+    contacts[i, SIGN] = 0.0
+    contacts[i, WATCHED] = HEIGHT if legs[i, TRIGGER, 0] == GROUND else NOTHING
+
+
+@formula
+def aim(i: int, w: Walker) -> None:
+    """Set the sign that a gap leaves zero with, or has, after an event."""
+    gap, rate = w.gaps[0, i, 0], w.gaps[0, i, 1]
+    w.contacts[i, SIGN] = math.copysign(1.0, gap if abs(gap) > NEARLY * w.clock[LEVER] else rate)
+
+
+@jit
+def slide_derivatives(delay: Floats, sign: float, w: Walker) -> None:
+    """Take the derivatives of the state along to a time that moves, or (sign -1) back from there."""
+    for row in range(w.y.shape[0]):
+        for d in range(1, delay.size):
+            w.y[row, d] += sign * delay[d] * w.k[0, row, 0]
+
+
+@jit
+def set_delay(s: float, i: int, w: Walker) -> None:
+    """Write the derivatives of the time s of leg i's event into ``delay``: those of its gap by the gap's rate."""
+    if w.contacts[i, DOWN] == 0.0:
+        # Where the foot would be: the leg is about to be put down anyway.
+        put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+        for d in range(1, w.delay.size):
+            w.delay[d] = (w.ground[d] - w.stance[i, FOOT_Y, d]) / w.gaps[0, i, 1]
+        w.contacts[i, DOWN] = 0.0
+    elif w.legs[i, STAY, 0] != 0.0:
+        copy(w.stance[i, BEGUN], w.delay)
+    else:
+        force_changes(s, w.y, w.stance, i, w.delay)
+        for d in range(1, w.delay.size):
+            w.delay[d] /= -w.stance[i, SPRING, 0] * w.gaps[0, i, 1]
+
+
+@jit
+def land(s: float, i: int, w: Walker, tape: Tape) -> bool:
+    """Put leg i down at an event at time s; return whether a step ends with that."""
+    put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+    delay_law(w.stance, i, w.delay)
+    record_event(tape, s, i, TOUCHDOWN, 0.0)
+    w.clock[NEXT_STEP] = min(w.clock[NEXT_STEP], FIRST_STEP)
+    return w.clock[EVENT_DRIVEN] != 0.0 and w.contacts[i, OFFSET] in (0.0, 1.0)
+
+
+@jit
+def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
+    """Let leg i touch down, or lift off and its followers touch down; return whether a step ends with that."""
+    set_delay(s, i, w)
+    slide_derivatives(w.delay, 1.0, w)
+    ends = False
+    if w.contacts[i, DOWN] == 0.0:
+        ends = land(s, i, w, tape)
+    else:
+        record_event(tape, s, i, LIFTOFF, w.gaps[0, i, 1] if w.contacts[i, WATCHED] != NOTHING else 0.0)
+        raise_leg(w.legs, i, w.contacts)
+        for j in range(w.contacts.shape[0]):
+            if w.legs[j, TRIGGER, 0] == i + 1:
+                ends |= land(s, j, w, tape)
+    refresh(s, w)
+    slide_derivatives(w.delay, -1.0, w)
+    if w.y.shape[1] > 1:
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+    for j in range(w.contacts.shape[0]):
+        if w.contacts[j, WATCHED] != NOTHING and w.contacts[j, SIGN] == 0.0 and w.legs[j, TRIGGER, 0] != CLOCK:
+            aim(j, w)
+    if ends:
+        copy(w.delay, w.lag)
+    return ends
+
+
 @part
-def horizon(s: float, end: float, contacts: Floats, push: Floats) -> float:
+def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
+    """Lift and put down the legs whose time has come; return whether a step ends with that.
+
+    Legs that the clock lifts right when it puts them down anew are not lifted.
+    """
+    ends = False
+    for i in range(w.contacts.shape[0]):
+        stay = w.legs[i, STAY, 0]
+        if stay != 0.0 and w.contacts[i, DOWN] != 0.0 and s >= w.contacts[i, SINCE] + stay:
+            ends |= happen(s, i, w, tape)
+    for i in range(w.contacts.shape[0]):
+        if w.legs[i, TRIGGER, 0] == CLOCK and s >= w.contacts[i, SINCE] + 2.0:
+            put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+            record_event(tape, s, i, TOUCHDOWN, 0.0)
+    return ends
+
+
+@formula
+def is_quiet(i: int, w: Walker) -> bool:
+    """Whether nothing but the derivatives' rates changes when leg i lifts off by zero force."""
+    quiet = w.contacts[i, DOWN] != 0.0 and w.legs[i, TRIGGER, 0] != GROUND
+    for j in range(w.contacts.shape[0]):
+        quiet &= w.legs[j, TRIGGER, 0] != i + 1
+    return quiet
+
+
+@part
+def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, bool]:
+    """Let happen what is due: to the leg that is leaving (-1: none), and to those whose gap is at zero with it.
+
+    Where a leg just lifts off, its force is zero: the rates stay as they are, but for those of the derivatives, since
+    the force's are not zero.
+
+    Returns
+    -------
+    happened, ends
+        Whether a leg has touched down or may do so now, and whether a step ends with that.
+    """
+    lifted = happened = ends = False
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, WATCHED] == NOTHING or w.contacts[i, SIGN] == 0.0:
+            continue
+        sign, rate = w.contacts[i, SIGN], w.gaps[0, i, 1]
+        if i != leaving and (sign * w.gaps[0, i, 0] > 1e-13 * abs(rate) or sign * rate >= 0.0):
+            continue
+        if is_quiet(i, w):
+            raise_leg(w.legs, i, w.contacts)
+            record_event(tape, s, i, LIFTOFF, rate)
+            lifted = True
+        elif w.contacts[i, DOWN] == 0.0 and sign < 0.0:
+            # A foot that was held below the ground has come up.
+            w.contacts[i, SIGN] = 1.0
+        else:
+            ends |= happen(s, i, w, tape)
+            happened = True
+    if lifted and w.y.shape[1] > 1:
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+    return happened, ends
+
+
+@part
+def horizon(s: float, end: float, w: Walker) -> float:
     """Time up to which nothing changes by the clock."""
-    for i in range(contacts.shape[0]):
-        end = min(end, contacts[i, SINCE] + 2.0)
-    for j in range(push.shape[0]):
-        if push[j, 0] > s:
-            end = min(end, push[j, 0])
+    for i in range(w.contacts.shape[0]):
+        if w.legs[i, TRIGGER, 0] == CLOCK:
+            end = min(end, w.contacts[i, SINCE] + 2.0)
+        if w.legs[i, STAY, 0] != 0.0 and w.contacts[i, DOWN] != 0.0:
+            end = min(end, w.contacts[i, SINCE] + w.legs[i, STAY, 0])
+    for j in range(w.push.shape[0]):
+        if w.push[j, 0] > s:
+            end = min(end, w.push[j, 0])
     return end
 
 
 @part
 def set_push(s: float, push: Floats, clock: Floats) -> None:
     """Set the coefficients of the outside acceleration that holds from s on."""
-    for j in range(PUSH_X, clock.size):
+    for j in range(PUSH_X, PUSH_Y + 2):
         clock[j] = 0.0
     for j in range(push.shape[0] - 1):
         start, stop = push[j, 0], push[j + 1, 0]
@@ -204,7 +351,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
     Returns
     -------
     status, size, shift, leg
-        How it went, the step's size, the time by which to move its end onto a lift-off, and whose (-1: nobody's).
+        How it went, the step's size, the time by which to move its end onto an event, and whose (-1: nobody's).
     """
     for _ in range(MOST_TRIES):
         error = step(s, h, w.y, w.stance, w.contacts, w.body, w.clock, w.k, w.ahead) / scale
@@ -239,14 +386,28 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
     return s + h + shift
 
 
+@part
+def resume(w: Walker) -> None:
+    """Take the derivatives back to a fixed time, if they are those at the end of a step that moves."""
+    if w.clock[EVENT_DRIVEN] != 0.0 and w.clock[TIME] > 0.0:
+        slide_derivatives(w.lag, -1.0, w)
+        for d in range(w.lag.size):
+            w.lag[d] = 0.0
+
+
 @jit
 def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     """Move the walker on to time ``end``, touch-downs there included.
+
+    Where no leg goes by the clock: move it on to the end of the step, which is the next touch-down of a leg whose
+    offset is 0 or 1. The derivatives of the state are then those of the state at that touch-down, whose time varies.
 
     Parameters
     ----------
     w
         Changed in place.
+    end
+        Time where to stop; a touch-down must come before that.
     scale
         Largest estimated error of a step, m.
     tape
@@ -258,16 +419,19 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         ``OK`` or the reason to stop.
     """
     s = bound = w.clock[TIME]
-    steps, leaving = 0, -1
+    steps, leaving, ends = 0, -1, False
+    resume(w)
     while True:
         if s >= bound:
             s = bound
-            touch_down(s, w, tape)
+            ends = go_by_clock(s, w, tape)
             set_push(s, w.push, w.clock)
             refresh(s, w)
-            bound = horizon(s, end, w.contacts, w.push)
-        lift_off(s, leaving, w, tape)
-        if s >= end:
+            bound = horizon(s, end, w)
+        happened, touched = go_by_events(s, leaving, w, tape)
+        if happened:
+            bound = horizon(s, end, w)
+        if ends or touched or s >= end:
             break
         left = bound - s
         status, h, shift, leaving = try_steps(s, left / math.ceil(left / w.clock[NEXT_STEP]), bound, w, scale)
@@ -283,7 +447,9 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         if last and shift == 0.0:
             s = bound
     w.clock[TIME] = s
+    if w.clock[EVENT_DRIVEN] != 0.0:
+        slide_derivatives(w.lag, 1.0, w)
     if tape.size.size > 0:
         tape.time[tape.counts[0]] = s
         copy(w.y, tape.y[tape.counts[0]])
-    return OK
+    return OK if ends or touched or w.clock[EVENT_DRIVEN] == 0.0 else NO_TOUCHDOWN

@@ -21,26 +21,32 @@ Ints = NDArray[np.int64]
 # Rows of a body jet.
 GRAVITY, GYRATION = 0, 1
 N_BODY = 2
-# Rows of a leg's parameters.
-HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE = 0, 1, 2, 3, 4, 5, 6
-N_LEG = 7
+# Rows of a leg's parameters; the last three have no derivatives.
+HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE, DAMPING, TRIGGER, STAY, FORMULA = range(11)
+N_LEG = 11
+# What makes a leg touch down; from 1 on: the lift-off of the leg with this number, counted from 1.
+CLOCK, GROUND = 0, -1
 # Rows of a state; a body whose yaw is held has the first four only.
 X, Y, VX, VY, YAW, YAW_RATE = 0, 1, 2, 3, 4, 5
-# Rows of a stance: all that the force of a leg depends on while its foot stays where it is. The last ones are the
-# coefficients of the length law (see `length`).
-FOOT_X, FOOT_Y, GRIP_X, GRIP_Y, SPRING, LAW = 0, 1, 2, 3, 4, 5
-N_STANCE = 8
+# Rows of a stance: all that the force of a leg depends on while its foot stays where it is. From LAW on three
+# coefficients of the length law (see `length`) and the time of touch-down; the damper's constant; and in what manner
+# the force comes about, without derivatives: PLAIN, DAMPED, or above that the address of a length law's formula.
+FOOT_X, FOOT_Y, GRIP_X, GRIP_Y, SPRING, LAW, BEGUN, DAMPER, MANNER = 0, 1, 2, 3, 4, 5, 8, 9, 10
+N_STANCE = 11
+PLAIN, DAMPED = 0.0, 1.0
 
 # Columns of the contacts.
-SIDE, OFFSET, SINCE, DOWN, SIGN, VARIED = 0, 1, 2, 3, 4, 5
-N_CONTACT = 6
+SIDE, OFFSET, SINCE, DOWN, SIGN, VARIED, WATCHED, ARM_X, ARM_Y, LEVEL = range(10)
+N_CONTACT = 10
+# What is watched of a leg: nothing, when its force is zero, or when the height of its foot is.
+NOTHING, FORCE, HEIGHT = 0.0, 1.0, 2.0
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
-TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y = 0, 1, 2, 3, 4, 6
-N_CLOCK = 8
+TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y, EVENT_DRIVEN = 0, 1, 2, 3, 4, 6, 8
+N_CLOCK = 9
 
 TOUCHDOWN, LIFTOFF = 0, 1
 
-OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST = 0, 1, 2, 3
+OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN = 0, 1, 2, 3, 4
 """Endings of an integration."""
 
 
@@ -52,23 +58,31 @@ class Walker(NamedTuple):
     body
         ``(2, C)``: gravity along the plane, ``g sin(slope) t_des^2``, and ``m / I`` (0 where the yaw is held).
     legs
-        ``(L, 7, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle.
+        ``(L, 11, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle, damping
+        (``c t_des / m``); what makes it touch down (see `CLOCK`); step durations from touch-down to lift-off, or 0:
+        until its force is zero; address of a length law's formula (see `legspring.kernel.written`), or 0.
     push
         ``(P, 3)``: knots (time, x, y) of an acceleration from outside, linear in between, zero elsewhere.
     contacts
-        ``(L, 6)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
-        2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), and the sign of its gap
-        ``|r| - l`` since the end of the ignored window (0 before), and whether its hip or stiffness has derivatives.
+        ``(L, 10)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
+        2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), the sign of its gap since the
+        end of the ignored window (0 before), whether its hip or stiffness has derivatives, what is watched of it (see
+        `NOTHING`), from the centre of mass to the foot held ready (x, y, seen from the body), and the height of the
+        ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
+        a leg which waits for the ground is the height of its foot above it.
     clock
-        ``(8,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
-        error of the yaw one of a position, and the push now.
+        ``(9,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
+        error of the yaw one of a position, the push now, and whether no leg touches down by the clock.
     y
         ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
     stance
-        ``(L, 8, C)``: foot x and y, hip x and y, stiffness, and the three coefficients of the length law.
+        ``(L, 11, C)``: foot x and y, hip x and y, stiffness, the three coefficients of the length law, time of
+        touch-down, damper, manner.
     k, ahead, room, gaps
         Room for the rates at the stages of a step ``(16, n, C)``, the state at its end and inside ``(n, C)``, and
         each leg's gap with its first two rates at its start and end ``(2, L, 3)``.
+    ground, delay, lag
+        ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
     flat_y, flat_k, flat_ahead, flat_room
         The same memory as ``y``, ``k``, ``ahead`` and ``room``, with the last two axes made one.
     """
@@ -84,6 +98,9 @@ class Walker(NamedTuple):
     ahead: Floats
     room: Floats
     gaps: Floats
+    ground: Floats
+    delay: Floats
+    lag: Floats
     flat_y: Floats
     flat_k: Floats
     flat_ahead: Floats
@@ -105,12 +122,12 @@ class Tape(NamedTuple):
     dense
         ``(M, 7, n, C)``: coefficients of the interpolant.
     stance, down
-        ``(M, L, 8, C)``, ``(M, L)``: the legs during each step, and whether they are down (1 or 0).
+        ``(M, L, 11, C)``, ``(M, L)``: the legs during each step, and whether they are down (1 or 0).
     touchdowns
-        ``(N, n)``: state (without derivatives) at the start of each step of the clock, time 0 first; nan where it did
-        not get that far.
+        ``(N, n)``: state (without derivatives) at the start of each step of the animal, time 0 first; nan where it
+        did not get that far.
     events
-        ``(E, 5)``: time, leg, kind, step that it precedes, and, at lift-off, the rate of ``|r| - l``.
+        ``(E, 5)``: time, leg, kind, step that it precedes, and, at lift-off by zero force, the rate of the gap.
     """
 
     counts: Ints
@@ -144,6 +161,9 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         ahead,
         room,
         np.zeros((2, n_legs, 3)),
+        np.zeros(width),
+        np.zeros(width),
+        np.zeros(width),
         y.reshape(-1),
         k.reshape(16, -1),
         ahead.reshape(-1),

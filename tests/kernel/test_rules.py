@@ -1,0 +1,221 @@
+"""Every rule of touch-down and lift-off, damper and length law, against the oracle: states, events, derivatives."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pytest
+
+from legspring.kernel.run import run
+from legspring.kernel.walker import (
+    DAMPING,
+    FORMULA,
+    LIFTOFF,
+    N_LEG,
+    OK,
+    TIME,
+)
+from legspring.kernel.written import address
+from tests.oracle import heyoka_rules
+from tests.oracle.heyoka_rules import Law, Walker, sinusoid
+
+ACCURACY = 1e-14
+Direction = tuple[str, Any]
+
+
+def rising(m: Any, t: Any, l0: Any, ldev: Any, phi: Any) -> Any:
+    """A law with nothing of a sinusoid: it goes to another length, and swings about it."""
+    return l0 - ldev * (1 - m.exp(-3 * t)) + 0.1 * phi * l0 * t**2 / (1 + t**2)
+
+
+LAWS: dict[Law, str | None] = {
+    sinusoid: None,
+    rising: "l0 - ldev*(1 - exp(-3*t)) + 0.1*phi*l0*t**2/(1 + t**2)",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A walker, for how many steps to follow it, and along what to differentiate."""
+
+    walker: Walker
+    steps: int = 2
+    along: list[Direction] = field(default_factory=list)
+
+    @property
+    def directions(self) -> list[Direction]:
+        """Those asked for, speed and heading, gravity, and every parameter of a leg."""
+        legs: list[Direction] = [("legs", (row % len(self.walker.legs), row)) for row in range(8)]
+        yaw: list[Direction] = [("start", 4), ("start", 5), ("body", 1)] if self.walker.yaws else []
+        return [("start", 0), ("start", 1), ("body", 0), *yaw, *legs, *self.along]
+
+
+def leg(
+    hip: tuple[float, float] = (0.0, 0.0),
+    k: float = 40.0,
+    length: float = 1.0,
+    ldev: float = 0.0,
+    phase: float = 0.0,
+    angle: float = 0.5,
+    damping: float = 0.0,
+    trigger: float = 0.0,
+    stay: float = 0.0,
+) -> list[float]:
+    """Return the parameters of a leg."""
+    return [*hip, k, length, ldev, phase, angle, damping, trigger, stay]
+
+
+def case(
+    legs: list[list[float]],
+    start: list[float],
+    offset: list[float],
+    gravity: float = 0.0,
+    mobility: float | None = None,
+    law: Law = sinusoid,
+    steps: int = 2,
+    along: tuple[Direction, ...] = (),
+) -> Case:
+    """Return a case; a start has speed and heading, and may have displacement, yaw, yaw rate and turn."""
+    whole = np.zeros(7)
+    whole[: len(start)] = start
+    body = np.array([gravity, mobility or 0.0])
+    side = np.full(len(legs), -1.0)
+    walker = Walker(body, np.array(legs), side, np.array(offset), whole, mobility is not None, law)
+    return Case(walker, steps, list(along))
+
+
+DOWN = [1.6, -2.2]  # fast and falling
+HOPPING: dict[str, Any] = {"k": 150.0, "angle": -2.9, "trigger": -1.0}
+LEFT = {"angle": 0.8, "hip": (0.0, -0.1), "k": 12.0, "trigger": 2.0}
+RIGHT = {"angle": -0.8, "hip": (0.0, -0.1), "k": 12.0, "trigger": 1.0}
+RUNNING = [1.0, -0.1, 0.0, 0.0, 0.1, -0.2]
+TRIPODS = [
+    leg((0.1, 0.3), angle=0.4, length=1.0, ldev=-0.4, phase=0.3),
+    leg((0.2, 0.1), angle=-1.0, length=0.9, ldev=0.3, phase=0.5),
+    leg((-0.1, -0.3), angle=2.0, length=0.7, ldev=-0.3, phase=-0.6),
+    leg((-0.1, 0.3), angle=-0.4, length=1.0, ldev=-0.4, phase=0.3),
+    leg((-0.2, 0.1), angle=1.0, length=0.9, ldev=0.3, phase=0.5),
+    leg((0.1, -0.3), angle=-2.0, length=0.7, ldev=-0.3, phase=-0.6),
+]
+RUN = [0.9, 0.15, 0.02, 0.8, 0.05, -0.1, 0.03]
+TRIPOD_OFFSETS = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
+MEMORY: tuple[Direction, ...] = (("start", 2), ("start", 3))
+
+
+def tripods(mobility: float | None, changes: dict[int, float], law: Law = sinusoid) -> Case:
+    """Return a hexapod by the clock with some parameters of all legs changed."""
+    legs = np.array(TRIPODS)
+    for row, value in changes.items():
+        legs[:, row] = value
+    start = RUN if mobility else RUN[:4]
+    return case(legs.tolist(), start, TRIPOD_OFFSETS, 0.4, mobility, law, 2, MEMORY)
+
+
+CASES = {
+    "hopper": case([leg(**HOPPING)], DOWN, [0.0], 10.0),
+    "hopper that yaws": case([leg((0.02, 0.05), **HOPPING)], [*DOWN, 0.0, 0.0, 0.02, 0.1], [0.0], 10.0, 20.0),
+    "active hopper": case([leg(ldev=-0.1, phase=0.2, **HOPPING)], DOWN, [0.0], 10.0),
+    "damped hopper": case([leg(damping=0.8, **HOPPING)], DOWN, [0.0], 10.0),
+    "hopper by a formula": case([leg(ldev=-0.1, phase=0.2, damping=0.3, **HOPPING)], DOWN, [0.0], 10.0, law=rising),
+    "hopper that lifts off by the clock": case([leg(stay=0.3, damping=0.2, **HOPPING)], DOWN, [0.0], 10.0),
+    "walker": case(
+        [leg(k=150.0, angle=-2.8, trigger=-1.0)] * 2, [1.2, -1.75, 0.45, 0.0], [0.0, 1.0], 10.0, along=MEMORY
+    ),
+    "runner": case([leg(**LEFT), leg(**RIGHT)], RUNNING, [0.0, 1.0], 0.0, 40.0, steps=3),
+    "runner that does not yaw": case([leg(**LEFT), leg(**RIGHT)], RUNNING[:2], [0.0, 1.0], 0.05, steps=3),
+    "active runner": case(
+        [leg(ldev=-0.1, phase=0.1, **LEFT), leg(ldev=-0.1, phase=0.1, **RIGHT)], RUNNING, [0.0, 1.0], 0.1, 40.0, steps=3
+    ),
+    "damped active runner": case(
+        [leg(ldev=-0.2, phase=0.1, damping=0.2, **LEFT), leg(ldev=-0.2, phase=0.1, damping=0.2, **RIGHT)],
+        RUNNING,
+        [0.0, 1.0],
+        0.1,
+        40.0,
+        steps=3,
+    ),
+    "runner by a formula": case(
+        [leg(ldev=-0.2, phase=0.1, damping=0.2, **LEFT), leg(ldev=-0.2, phase=0.1, **RIGHT)],
+        RUNNING,
+        [0.0, 1.0],
+        0.1,
+        40.0,
+        rising,
+        steps=3,
+    ),
+    "damped climber by the clock": case(
+        [
+            leg((-0.1, 0.2), angle=0.2, ldev=0.3, damping=1.5, stay=1.0),
+            leg((0.1, 0.2), angle=-0.2, ldev=0.3, damping=1.5, stay=1.0),
+        ],
+        [0.5, 0.1, 0.0, 0.4],
+        [0.0, 1.0],
+        1.0,
+        30.0,
+        steps=3,
+        along=MEMORY,
+    ),
+    "duty factor": tripods(None, {9: 0.7}),
+    "double support": tripods(30.0, {9: 1.3}),
+    "damped tripods": tripods(None, {DAMPING: 1.0}),
+    "damped tripods that yaw": tripods(30.0, {DAMPING: 1.0}),
+    "tripods by a formula": tripods(None, {}, rising),
+    "damped tripods by a formula": tripods(30.0, {DAMPING: 0.5}, rising),
+    "followers of legs by the clock": case(
+        [leg(angle=0.5, ldev=-0.1, phase=0.2), leg(angle=-0.5, ldev=-0.1, damping=0.2, trigger=1.0)],
+        [0.8, 0.0],
+        [0.0, 0.5],
+        0.0,
+        steps=3,
+    ),
+}
+each = pytest.mark.parametrize("name", CASES)
+
+
+def simulate(
+    walker: Walker, steps: int, along: list[Direction], text: str | None = None, accuracy: float = ACCURACY
+) -> Any:
+    """Let the kernel do it: status, walker, tape."""
+    width, text = 1 + len(along), text or LAWS[walker.law]
+    body, start = np.zeros((2, width)), np.zeros((7, width))
+    legs = np.zeros((len(walker.legs), N_LEG, width))
+    body[:, 0], legs[:, :FORMULA, 0], start[:, 0] = walker.body, walker.legs, walker.start
+    legs[:, FORMULA, 0] = address(text)
+    arrays = {"body": body, "legs": legs, "start": start}
+    for d, (which, index) in enumerate(along, start=1):
+        arrays[which][index][d] = 1.0
+    rows, push = 6 if walker.yaws else 4, np.zeros((0, 3))
+    scale = 0.4 * accuracy
+    return run(body, legs, walker.side, walker.offset, push, start, rows, float(steps), scale, 3000, 200)
+
+
+def events(tape: Any) -> list[tuple[float, int, str]]:
+    """Time, leg and kind of what happened after the start."""
+    rows = tape.events[: tape.counts[1], :3]
+    return [(t, int(leg), "liftoff" if kind == LIFTOFF else "touchdown") for t, leg, kind in rows if t > 0.0]
+
+
+@each
+def test_states_and_events(name: str) -> None:
+    expected = heyoka_rules.simulate(CASES[name].walker, CASES[name].steps)
+    status, walker, tape = simulate(CASES[name].walker, CASES[name].steps, [])
+    assert status == OK
+    found = events(tape)
+    assert sorted(event[1:] for event in found) == sorted(expected.sequence)
+    assert {event[2] for event in found} == {"liftoff", "touchdown"}
+    times = [sorted(event[0] for event in what) for what in (found, expected.events)]
+    np.testing.assert_allclose(times[0], times[1], rtol=0, atol=1e-11)
+    rows = len(walker.y)
+    np.testing.assert_allclose(tape.touchdowns, expected.states[:, :rows], rtol=0, atol=1e-11)
+    assert walker.clock[TIME] == pytest.approx(expected.times[-1], abs=1e-11)
+
+
+@each
+def test_derivatives(name: str) -> None:
+    case = CASES[name]
+    _, walker, _ = simulate(case.walker, case.steps, case.directions)
+    for d, (which, index) in enumerate(case.directions, start=1):
+        expected, error = heyoka_rules.central_derivative(case.walker, which, index, case.steps, 1e-3)
+        size = max(1.0, float(np.max(np.abs(expected[:-1]))))
+        assert np.max(error) < 1e-7 * size
+        np.testing.assert_allclose(walker.y[:, d], expected[: len(walker.y)], rtol=0, atol=1e-8 * size)
