@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait
+from legspring.kernel.circle import characteristic, inside
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
-from legspring.optimum import Programme, characteristic, inside, steps_taken
+from legspring.optimum import Programme, steps_taken
 from legspring.trial import Map
 from tests.conftest import Cells
 

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize
 
+from legspring.kernel.circle import characteristic, inside
 from legspring.kernel.walker import Floats
 from legspring.objective import (
     ANGLE_WEIGHT,
@@ -47,53 +48,10 @@ REASONS = {
     9: "iteration limit reached",
 }
 """Why SLSQP stops."""
-NEGLIGIBLE = 1e-8
+NEGLIGIBLE = 1e-6
+"""Length of a correction along which no slope is worth its price."""
 NOWHERE = 1e3
 """Violation of all constraints where there is nothing to evaluate."""
-
-
-def characteristic(matrices: Floats) -> Floats:
-    """Return the coefficients c of the characteristic polynomials z^n + c1 z^(n-1) + ... of matrices ``(N, n, n)``."""
-    n = matrices.shape[-1]
-    power, out = np.broadcast_to(np.eye(n), matrices.shape), np.zeros(matrices.shape[:-1])
-    for k in range(n):
-        power = matrices @ power
-        out[:, k] = -np.trace(power, axis1=1, axis2=2) / (k + 1)
-        power = power + out[:, k, None, None] * np.eye(n)
-    return out
-
-
-def inside(c: Floats, t: float) -> tuple[Floats, Floats, Floats]:
-    """Conditions for the zeros of a polynomial of degree 2 or 4 to lie within a circle of radius t.
-
-    On leaving the circle, a zero passes through t, through -t, or a pair of them has a product of t^2 (Jury's critical
-    conditions): p(t) >= 0, p(-t) >= 0 and the product of all 1 - z_i z_j / t^2 >= 0, where the last is a polynomial of
-    the coefficients. All three are multiplied by t, so that their slopes stay of one size where t is small.
-
-    Returns
-    -------
-    values, by_c, by_t
-        ``(3,)``, ``(3, n)``, ``(3,)``: what must not be negative, and its derivatives.
-    """
-    n = len(c)
-    orders = np.arange(1.0, n + 1.0)
-    signs = (-1.0) ** orders
-    a = c / t**orders  # the coefficients of the zeros in units of t
-    by_a = np.ones((3, n))
-    by_a[1] = signs
-    values = np.array([1.0 + np.sum(a), 1.0 + signs @ a, 0.0])
-    if n == 2:
-        values[2], by_a[2] = 1.0 - a[1], [0.0, -1.0]
-    else:
-        e1, e2, e3, e4 = a * signs
-        values[2] = 1 - e2 + e1 * e3 - e4 + 2 * e2 * e4 - e3**2 - e1**2 * e4 + e1 * e3 * e4 - e4**2 - e2 * e4**2 + e4**3
-        by_a[2] = signs * [
-            e3 - 2 * e1 * e4 + e3 * e4,
-            -1 + 2 * e4 - e4**2,
-            e1 - 2 * e3 + e1 * e4,
-            -1 + 2 * e2 - e1**2 + e1 * e3 - 2 * e4 - 2 * e2 * e4 + 3 * e4**2,
-        ]
-    return t * values, t * by_a / t**orders, values - by_a @ (orders * a)
 
 
 @dataclass
