@@ -15,6 +15,7 @@ DIMENSIONS = {
     "peak_force": ["leg", "axis"],
     "net_force_max": ["axis"],
     "reduced_eigenvalue": [],
+    "max_multiplier": [],
     "transport_cost": [],
     "speed": [],
     "value": [],

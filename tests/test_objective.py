@@ -217,3 +217,19 @@ def test_unknown_goals(roach: Animal) -> None:
         Objective(roach, 0.5, 0.15, "X", "stability")
     with pytest.raises(ValueError, match="actuation"):
         Objective(roach, 0.5, 0.15, "B", "stability")([0.1, 0.2], np.ones(4))
+
+
+def test_a_gait_beside_a_fold_is_approached_step_by_step(roach: Animal) -> None:
+    """From the gait itself, the fixed point beside it is too far to be found."""
+    objective = Objective(roach, math.radians(15), 0.15, "FB", "efficiency", "reduced")
+    actuation = np.array([0.5685, 0.5789, 0.4234])
+    score = objective(actuation, np.array([1.0533, 1.1521, 0.7762, -1.0753]))
+    assert score.beside is None and score.total > 2.0
+    found = objective.approached(score)
+    assert found.beside is not None and found.total < 0.5
+    residual = objective.beside.conditions(actuation, found.beside)
+    assert residual is not None and np.max(np.abs(residual[0])) < 1e-9
+    # There is nothing to do any more; nor is there where there is no gait.
+    assert objective.approached(found) is found
+    none = objective(actuation, np.array([1.0, 3.0, 3.0, 3.0]))
+    assert objective.approached(none) is none

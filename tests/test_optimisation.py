@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from legspring import Animal, Gait, cockroach, optimize
+from legspring import Animal, Gait, cockroach, optimize, trade_off
 from legspring.kernel.walker import Floats
 from legspring.objective import EARLIEST, LEAST, MOST, Goal, Objective
 from legspring.optimisation import (
@@ -16,6 +16,7 @@ from legspring.optimisation import (
     Method,
     Optimum,
     best_of,
+    front,
     is_among,
     rank,
     scan,
@@ -216,24 +217,60 @@ def test_the_best_of_nothing() -> None:
 def test_a_scan_finds_the_gaits_of_each_actuation(roach: Animal) -> None:
     trial = Trial(roach, math.radians(45), 0.15, "B")
     candidates = scan(trial, nodes=32)
-    ratios, starts = (np.array(rows) for rows in zip(*candidates, strict=True))
+    ratios, starts = (np.array(rows) for rows in list(zip(*candidates, strict=True))[:2])
     assert len(candidates) > 20
     assert LEAST <= ratios.min() < 0.3 and 0.8 < ratios.max() <= MOST
     assert np.all(trial.solve(ratios, starts).residuals < GOAL)
-    for number, (ratio, z) in enumerate(candidates):
-        assert not is_among(z, [other for actuation, other in candidates[:number] if actuation is ratio])
+    for number, one in enumerate(candidates):
+        before = [other.unknowns for other in candidates[:number] if other.actuation is one.actuation]
+        assert not is_among(one.unknowns, before)
 
 
 def test_candidates_are_ranked_and_spread_out(roach: Animal) -> None:
     objective = Objective(roach, math.radians(45), 0.15, "B", "stability", "reduced")
     candidates = scan(objective.trial, nodes=32)
     ranked = rank(objective, candidates)
-    scores = [objective.alone(*one) for one in ranked]
+    scores = [objective.alone(one.actuation, one.unknowns) for one in ranked]
     totals = [score.total for score in scores if score is not None]
     assert len(totals) == len(ranked) < len(candidates)
     assert totals == sorted(totals)
     few = rank(objective, candidates, totals[5])
-    assert [id(z) for _, z in few] == [id(z) for _, z in ranked[:5]]
+    assert few == ranked[:5]
     assert rank(objective, []) == []
     chosen = spread_out(ranked, 3)
     assert len(chosen) <= 3 and chosen[0][1] is ranked[0][1]
+
+
+@pytest.fixture(scope="module")
+def trade() -> list[Gait]:
+    return trade_off(cockroach(), slope_deg=10, heading=0.15, family="A", map="reduced", points=5)
+
+
+def test_a_trade_off_leads_from_the_most_stable_gait_to_the_cheapest(trade: list[Gait]) -> None:
+    ends = [best((10.0, 0.15, "A", goal, "reduced")) for goal in ("stability", "efficiency")]
+    assert trade[0].reduced_eigenvalue == pytest.approx(ends[0].value, abs=1e-6)
+    assert trade[-1].transport_cost == pytest.approx(ends[1].value, abs=1e-6)
+    assert 4 <= len(trade) <= 5
+    assert all(gait.invalid() is None and gait.family == "A" for gait in trade)
+    eigenvalues, costs = ([getattr(gait, name) for gait in trade] for name in ("reduced_eigenvalue", "transport_cost"))
+    assert np.all(np.diff(eigenvalues) > 0.0) and np.all(np.diff(costs) < TIE)
+    # Worth it: between the ends both are well below the straight line that joins them.
+    middle = np.interp(eigenvalues[1:-1], eigenvalues[:: len(trade) - 1], costs[:: len(trade) - 1])
+    assert np.all(costs[1:-1] < middle - 10.0 * TIE)
+
+
+def test_a_front_stays_within_its_bounds(trade: list[Gait]) -> None:
+    objective = Objective(cockroach(), math.radians(10), 0.15, "A", "efficiency", "reduced")
+    stable, cheap = objective.candidate(trade[0]), objective.candidate(trade[-1])
+    scores = front(objective, stable, cheap, 3)
+    low, middle, high = (objective.eigenvalue(score) for score in scores)
+    assert middle < 0.5 * (low + high) + TIE
+    # One and the same gait leaves nothing to trade; what is no gait is no end.
+    assert len(front(objective, cheap, cheap, 5)) == 2
+    assert front(objective, stable._replace(unknowns=np.array([1.0, 3.0, 3.0, 3.0])), cheap, 3) == []
+
+
+def test_trade_offs_of_nothing(roach: Animal) -> None:
+    assert trade_off(roach, slope_deg=0, heading=0.0, family="B") == []
+    with pytest.raises(ValueError, match="points = 1: must be at least 2"):
+        trade_off(roach, slope_deg=10, heading=0.15, family="A", points=1)

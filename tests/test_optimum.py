@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait
+from legspring.kernel.circle import characteristic, inside
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
-from legspring.optimum import Programme, characteristic, inside, steps_taken
+from legspring.optimum import Programme, steps_taken
 from legspring.trial import Map
 from tests.conftest import Cells
 
@@ -145,7 +146,7 @@ def test_a_start_keeps_all_margins(late: Gait, goal: Goal, of: Map) -> None:
 @pytest.mark.parametrize(("goal", "of"), CASES)
 def test_a_minimised_programme_fulfils_its_equations_and_margins(late: Gait, goal: Goal, of: Map) -> None:
     programme, start = programme_near(late, goal, of)
-    x, message = programme.minimise(start)
+    x, message = programme.minimise(programme.minimise(start)[0])
     assert message == "converged"
     assert np.abs(programme.equations(x)).max() < 1e-5
     assert programme.margins(x).min() > -1e-5
@@ -189,3 +190,18 @@ def test_a_gait_within_all_constraints_starts_at_its_measure(thesis_map: Cells) 
         x = programme.start(gait.actuation / objective.trial.lengths, objective.trial.problem.unknowns(gait))
         assert x[programme.t] == pytest.approx(value, abs=1e-7)
         assert x[programme.slack] == pytest.approx(0.0)
+
+
+def test_a_point_off_the_equations_is_moved_onto_them(late: Gait) -> None:
+    programme, start = programme_near(late, "stability", "reduced")
+    x, _ = programme.minimise(start)
+    n = programme.beside.stop
+    for change in 1e-3 * np.random.default_rng(4).uniform(-1.0, 1.0, (5, n)):
+        off = x.copy()
+        off[:n] = np.clip(off[:n] + change, *programme.bounds[:n].T)
+        back = programme.restored(off)
+        assert np.abs(programme.equations(off)).max() > 1e-5
+        assert np.abs(programme.equations(back)).max() < 1e-8
+        # By no more than it takes, and not beyond the bounds.
+        assert np.linalg.norm(back - off) < 2.0 * np.linalg.norm(off - x)
+        assert np.all((programme.bounds[:, 0] <= back) & (back <= programme.bounds[:, 1]))

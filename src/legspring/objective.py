@@ -26,6 +26,8 @@ SMALLEST_ANGLE, ANGLE_WEIGHT = 10.0, 0.05
 """Angle between the curves of a leg's length and its force-free length against time, deg with rates in m/s."""
 NO_GAIT = 2.0
 """What it costs at least that there is no gait: one with a larger objective is not worth having."""
+HALTS = 0.5, 0.8, 0.95, 1.0
+"""Shares of the way to the heading beside at which a gait is looked for on the way."""
 CLOSE = 1e-3
 """Distance from its limit, in units of l0 or rad (angles: a tenth of a degree), at which a constraint is active."""
 
@@ -49,6 +51,19 @@ class Penalty(NamedTuple):
     constraint: Constraint
     pair: str
     amount: float
+
+
+class Candidate(NamedTuple):
+    """What may be a gait: actuation (units of nominal lengths), unknowns, and those of the gait beside, if known."""
+
+    actuation: Floats
+    unknowns: Floats
+    beside: Floats | None = None
+
+    @property
+    def point(self) -> Floats:
+        """Actuation and unknowns, ``(P + n,)``."""
+        return np.concatenate([self.actuation, self.unknowns])
 
 
 @dataclass(frozen=True)
@@ -155,7 +170,7 @@ class Objective:
         """Evaluate the objective at a solution without looking for the fixed point beside it; None if it is no gait."""
         trial, animal = self.trial, self.trial.setting.animal
         what: What = "cost" if self.goal == "efficiency" else self.of
-        seen = trial.look(np.concatenate([ratio, z]), what)
+        seen = trial.look(Candidate(ratio, z).point, what)
         if not seen.is_gait[0]:
             return None
         if self.goal == "efficiency":
@@ -196,12 +211,26 @@ class Objective:
         amount = 0.5 + 0.5 * missing_fixed_point(float(found.squares[0]))
         return replace(score, penalties=(*score.penalties, Penalty(Constraint.FIXED_POINT_BESIDE, "", amount)))
 
+    def approached(self, score: Score) -> Score:
+        """Look, by way of the headings in between, for a fixed point beside a gait that seems to have none."""
+        if score.unknowns is None or score.beside is not None:
+            return score
+        heading, near = self.trial.heading, score.unknowns
+        for share in HALTS:
+            trial = self.trial.beside(heading + share * (self.beside.heading - heading))
+            found = trial.solve(score.actuation, near)
+            if found.residuals[0] > GOAL:
+                return score
+            near = found.z[0]
+        rest = tuple(penalty for penalty in score.penalties if penalty.constraint != Constraint.FIXED_POINT_BESIDE)
+        return replace(score, beside=near, penalties=rest)
+
     def active(self, score: Score) -> tuple[str, ...]:
         """Name the constraints that bind: those that are violated, and those that all but are."""
         trial, pairs = self.trial, self.trial.setting.animal.pairs
         if score.unknowns is None:
             return ()
-        seen = trial.look(np.concatenate([score.actuation, score.unknowns]), "ends")
+        seen = trial.look(Candidate(score.actuation, score.unknowns).point, "ends")
         phases, angles = score.unknowns[1:], np.abs(seen.angles[0])
         near = {
             Constraint.ACTUATION_LEAST: score.actuation < LEAST + CLOSE,
@@ -226,12 +255,12 @@ class Objective:
         """Largest eigenvalue magnitude of a stride at a score's gait, whatever the goal; infinite if there is none."""
         if score.unknowns is None:
             return math.inf
-        seen = self.trial.look(np.concatenate([score.actuation, score.unknowns]), self.of)
+        seen = self.trial.look(Candidate(score.actuation, score.unknowns).point, self.of)
         return largest_magnitude(seen.jacobians[0]) ** (1 if self.of == "reduced" else 2)
 
-    def candidate(self, gait: Gait) -> tuple[Floats, Floats]:
-        """Return a gait's actuation, in units of nominal lengths, and its unknowns."""
-        return np.array(gait.actuation) / self.trial.lengths, self.trial.problem.unknowns(gait)
+    def candidate(self, gait: Gait) -> Candidate:
+        """Return a gait as a candidate."""
+        return Candidate(np.array(gait.actuation) / self.trial.lengths, self.trial.problem.unknowns(gait))
 
     def gait(self, score: Score) -> Gait | None:
         """Return the gait that a score is about, refined and verified; None if it proves to be none."""

@@ -14,11 +14,11 @@ from threadpoolctl import threadpool_limits
 
 from legspring.files import code_stamp
 from legspring.model import Animal
-from legspring.objective import NO_GAIT, Goal, Objective
+from legspring.objective import NO_GAIT, Candidate, Goal, Objective
 from legspring.optimisation import (
     APART,
+    GAIN,
     TIE,
-    Candidate,
     End,
     Method,
     Optimum,
@@ -52,14 +52,16 @@ from legspring.trial import GOAL, Map, pair_lengths
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
 """Actuations at which each cell is searched for gaits; neighbouring cells give more."""
-POLISHED = 4
-"""Gaits of each cell that are polished."""
+POLISHED, SEARCHED = 4, 12
+"""Gaits of each cell that are polished, and of those that are searched more closely."""
 KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
 ROUNDS = 8
 """Most rounds of passing optima on to neighbours."""
 LESS = 0.01
 """Difference of the sum of squared actuations that counts as a gain."""
+DOUBT = 0.005
+"""Excess of an objective over its neighbours' mean from which on a cell is searched more closely."""
 ALIKE = 0.1
 """Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
 CHUNK = 20
@@ -91,6 +93,13 @@ class Case:
         return Objective(self.animal, math.radians(self.slope_deg), self.heading, self.family, goal, self.of)
 
 
+def searched(case: Case, goal: Goal, seed: int, ends: Sequence[End]) -> list[End]:
+    """Search a case as closely as one that stands alone; return all ends, the best first."""
+    objective = case.objective(goal)
+    found = explore(objective, spread_out(rank(objective, scan(objective.trial, seed)), SEARCHED))
+    return sorted([*ends, *found], key=lambda end: end.score.total)[:KEPT]
+
+
 def explored(case: Case, seed: int) -> dict[Goal, list[End]]:
     """Search a case for both goals; among the ends are candidates as good as can be, if there are any."""
     objectives = {goal: case.objective(goal) for goal in GOALS}
@@ -110,12 +119,13 @@ def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
     objective = case.objective(goal)
     if ends and is_as_good_as_can_be(objective, ends[0]):
         return list(ends)
-    solved = objective.trial.solve(np.array([u for u, _ in starts]), np.array([z for _, z in starts]))
-    near = [(u, z) for (u, _), z, r in zip(starts, solved.z, solved.residuals, strict=True) if r <= GOAL]
+    actuations, unknowns = (np.array(rows) for rows in list(zip(*starts, strict=True))[:2])
+    solved = objective.trial.solve(actuations, unknowns)
+    near = [s._replace(unknowns=z) for s, z, r in zip(starts, solved.z, solved.residuals, strict=True) if r <= GOAL]
     # Where the neighbour's actuation leads to no gait, its gait may still be near one with another actuation.
     news: list[Candidate] = []
     for start in rank(objective, near) or ([] if ends else starts):
-        better = objective.totals(np.concatenate(start)[None])[0] < best_total(ends)
+        better = objective.totals(start.point[None])[0] < best_total(ends)
         if better or not any(are_alike(start, other) for other in [*(end.candidate for end in ends), *news]):
             news.append(start)
     return sorted([*ends, *explore(objective, news)], key=lambda end: end.score.total)[:KEPT]
@@ -123,7 +133,8 @@ def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
 
 def are_alike(one: Candidate, other: Candidate) -> bool:
     """Whether searches from two candidates will probably end at the same place."""
-    return bool(np.max(np.abs(one[0] - other[0])) < ALIKE and np.max(np.abs(one[1][1:] - other[1][1:])) < APART)
+    actuations, phases = np.abs(one.actuation - other.actuation), np.abs(one.unknowns[1:] - other.unknowns[1:])
+    return bool(np.max(actuations) < ALIKE and np.max(phases) < APART)
 
 
 def lessened(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence[End]) -> list[End]:
@@ -137,6 +148,35 @@ def settled(case: Case, goal: Goal, ends: Sequence[End]) -> list[End]:
     """Look for a smaller actuation from all of a case's own ends; put it before them."""
     objective = case.objective(goal)
     return [lessen(objective, ends[0], ends[0], ties_of(objective, ends)), *ends]
+
+
+def polished_again(case: Case, goal: Goal, ends: Sequence[End]) -> list[End]:
+    """Polish the gait of least actuation, from which there may be a way on; if there is, look for the least again."""
+    objective = case.objective(goal)
+    best = min(ends, key=lambda end: end.score.total)
+    if is_as_good_as_can_be(objective, best):
+        return list(ends)
+    found = explore(objective, [ends[0].candidate])
+    if best_total(found) > best.score.total - GAIN:
+        return list(ends)
+    return settled(case, goal, sorted([*ends, *found], key=lambda end: end.score.total))
+
+
+def doubtful(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]]) -> list[tuple[Spot, Goal]]:
+    """Return the cases whose objective stands out from that of their neighbours, or has none to compare with."""
+    found = []
+    for (row, column, family), goal in [key for key, here in ends.items() if here]:
+        around = [
+            [best_total(ends.get(((row + n * i, column + n * j, family), goal), [])) for n in (-1, 1)]
+            for i, j in ((1, 0), (0, 1))
+        ]
+        here = best_total(ends[(row, column, family), goal])
+        excess = here - min(sum(pair) / 2.0 for pair in around)
+        objective = cases[row, column, family].objective(goal)
+        sure = is_as_good_as_can_be(objective, ends[(row, column, family), goal][0])
+        if not sure and not -math.inf < excess < DOUBT:
+            found.append(((row, column, family), goal))
+    return found
 
 
 def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
@@ -163,9 +203,10 @@ def pass_on(
     count: int,
     gain: Callable[[Sequence[End], Sequence[End]], bool],
     pool: "Pool",
+    fresh: set[tuple[Spot, Goal]] | None = None,
 ) -> None:
-    """Start searches from the first ends of neighbouring cells, until there is no gain any more."""
-    fresh = {key for key, found in ends.items() if found}
+    """Start searches from the first ends of neighbouring cells (all, or fresh ones), until there is no gain."""
+    fresh = {key for key, found in ends.items() if found} if fresh is None else fresh
     for _ in range(ROUNDS):
         tasks, keys = [], []
         for (row, column, family), case in cases.items():
@@ -202,10 +243,17 @@ def default_search(
     tasks = [(cases[spot], goal, [start], ends[spot, goal]) for (spot, goal), start in known.items()]
     ends |= dict(zip(known, pool.run(improved, tasks), strict=True))
     pass_on(cases, ends, improved, 2, is_better, pool)
+    doubts = doubtful(cases, ends)
+    closer = pool.run(searched, [(cases[key[0]], key[1], seed, ends[key]) for key in doubts], "searching more closely")
+    fresh = {key for key, found in zip(doubts, closer, strict=True) if is_better(ends[key], found)}
+    ends |= dict(zip(doubts, closer, strict=True))
+    pass_on(cases, ends, improved, 2, is_better, pool, fresh)
     keys = [key for key, here in ends.items() if here]
     least = pool.run(settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "least actuations")
     ends = dict(zip(keys, least, strict=True))
     pass_on(cases, ends, lessened, 1, is_less, pool)
+    again = pool.run(polished_again, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys])
+    ends = dict(zip(keys, again, strict=True))
     values = pool.run(
         measured_end, [(cases[spot], goal, ends[spot, goal][0]) for spot, goal in keys], "measuring gaits"
     )
@@ -228,7 +276,7 @@ def candidate_of(gait: xr.Dataset, animal: Animal) -> Candidate:
     """Return the actuation, in units of nominal lengths, and the unknowns of a gait that a map has."""
     desired = animal.desired_speed(math.radians(float(gait["slope_deg"])))
     z = np.concatenate([[float(gait["speed"]) / desired], gait["phase"].values])
-    return gait["actuation"].values / pair_lengths(animal), z
+    return Candidate(gait["actuation"].values / pair_lengths(animal), z)
 
 
 def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]]:

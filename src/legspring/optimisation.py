@@ -20,15 +20,13 @@ from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
-from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Goal, Objective, Score
+from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Candidate, Goal, Objective, Score
 from legspring.optimum import LATEST_OF_ALL, Programme
 from legspring.setting import checked_slope
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
 from legspring.trial import Map, Trial, pair_lengths
 
 Method = Literal["default", "nelder-mead"]
-Candidate = tuple[Floats, Floats]
-"""An actuation in units of nominal lengths, and a gait's unknowns."""
 
 NODES = 256
 """Actuations at which a search looks for gaits; a power of two."""
@@ -44,6 +42,8 @@ APART = 0.35
 """Difference of phases between starts of polishing, rad."""
 TIE = 1e-3
 """Difference of objectives that does not count."""
+GAIN = 1e-4
+"""Gain for which it is worth starting a search again from where it ended."""
 MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
 """What MATLAB's fminsearch stops at by default, for three variables; actuations in m."""
 
@@ -56,9 +56,9 @@ class End(NamedTuple):
 
     @property
     def candidate(self) -> Candidate:
-        """Actuation and unknowns, to start from again."""
+        """What to start from again."""
         assert self.score.unknowns is not None
-        return self.score.actuation, self.score.unknowns
+        return Candidate(self.score.actuation, self.score.unknowns, self.score.beside)
 
     @property
     def effort(self) -> float:
@@ -248,7 +248,7 @@ def scan(trial: Trial, seed: int = 0, nodes: int = NODES) -> list[Candidate]:
                 fresh.append((node, z))
         tasks = [(n, z) for node, z in fresh for n in near[node].tolist() if len(found[n]) < MOST_AT_NODE]
         where, starts = np.array([n for n, _ in tasks], dtype=int), np.array([z for _, z in tasks])
-    return [(grid[node], z) for node, solutions in enumerate(found) for z in solutions]
+    return [Candidate(grid[node], z) for node, solutions in enumerate(found) for z in solutions]
 
 
 def is_among(z: Floats, others: Iterable[Floats]) -> bool:
@@ -260,7 +260,7 @@ def rank(objective: Objective, candidates: Sequence[Candidate], most: float = np
     """Sort candidates by the objective (but for the gaits beside); leave out those that are no gaits, or too bad."""
     if not candidates:
         return []
-    totals = objective.totals(np.array([np.concatenate(candidate) for candidate in candidates]))
+    totals = objective.totals(np.array([candidate.point for candidate in candidates]))
     order = np.argsort(totals, kind="stable")
     return [candidates[n] for n in order if totals[n] < min(most, 1e3)]
 
@@ -269,10 +269,11 @@ def spread_out(candidates: Iterable[Candidate], count: int) -> list[Candidate]:
     """Choose the first candidates whose phases differ: those that minima are apart by."""
     chosen: list[Floats] = []
     out = []
-    for actuation, z in candidates:
-        if all(np.max(np.abs(z[1:] - other)) > APART for other in chosen):
-            chosen.append(z[1:])
-            out.append((actuation, z))
+    for candidate in candidates:
+        phases = candidate.unknowns[1:]
+        if all(np.max(np.abs(phases - other)) > APART for other in chosen):
+            chosen.append(phases)
+            out.append(candidate)
         if len(out) == count:
             break
     return out
@@ -281,12 +282,12 @@ def spread_out(candidates: Iterable[Candidate], count: int) -> list[Candidate]:
 def polish(objective: Objective, start: Candidate, most: float | None = None) -> End | None:
     """Minimise the objective, or, given what is good enough, the actuation; None if the search ends at no gait."""
     programme = Programme(objective)
-    x, reason = programme.minimise(programme.start(*start), most)
+    before = objective.approached(objective(*start))
+    x, reason = programme.minimise(programme.start(start.actuation, start.unknowns, before.beside), most)
     objective.evaluations += programme.evaluations
     score = objective(x[programme.u], x[programme.z], x[programme.beside])
     if most is None:
         # The programme asks for a little more than the objective does, and may stop at a kink.
-        before = objective(*start)
         score = min(score, before, key=lambda score: score.total)
     return End(score, reason) if score.total < NO_GAIT else None
 
@@ -301,10 +302,10 @@ def explore(objective: Objective, starts: Iterable[Candidate]) -> list[End]:
             if is_as_good_as_can_be(objective, end):
                 break
     ends.sort(key=lambda end: end.score.total)
-    # A search may have stopped at a kink of the objective, which it sees with other eyes when it starts there.
+    # A search that starts again sees the way with other eyes.
     while ends and not is_as_good_as_can_be(objective, ends[0]):
         end = polish(objective, ends[0].candidate)
-        if end is None or end.score.total > ends[0].score.total - 0.3 * TIE:
+        if end is None or end.score.total > ends[0].score.total - GAIN:
             break
         ends.insert(0, end)
     return ends
@@ -336,7 +337,7 @@ def ties_of(objective: Objective, ends: Sequence[End]) -> list[Candidate]:
 def ties(objective: Objective, candidates: Sequence[Candidate], best: End) -> list[Candidate]:
     """Choose a few candidates that are as good as the best end, the least actuated first."""
     good = rank(objective, candidates, as_good(objective, best))
-    return spread_out(sorted(good, key=lambda candidate: float(np.sum(candidate[0] ** 2))), 3)
+    return spread_out(sorted(good, key=lambda candidate: float(np.sum(candidate.actuation**2))), 3)
 
 
 def lessen(objective: Objective, end: End, best: End, starts: Iterable[Candidate]) -> End:
@@ -364,9 +365,12 @@ def front(objective: Objective, stable: Candidate, cheap: Candidate, points: int
     Returns
     -------
     list of Score
-        The most stable first; the two ends alone if the cheapest gait is the most stable one as well.
+        The most stable first; the two ends alone if the cheapest gait is the most stable one as well; nothing if one
+        of the ends is no gait.
     """
-    ends = [objective(*stable), objective(*cheap)]
+    ends = [objective.approached(objective(*one)) for one in (stable, cheap)]
+    if any(end.unknowns is None for end in ends):
+        return []
     low, high = (objective.eigenvalue(end) for end in ends)
     found = [ends[1]]
     for limit in np.linspace(high, low, points)[1:-1] if high > low + TIE else []:
@@ -405,7 +409,7 @@ def nelder_mead(objective: Objective, start: Candidate) -> End:
 
     Every evaluation searches for its gait from that of the best one so far.
     """
-    lengths, (actuation, near) = objective.trial.lengths, start
+    lengths, (actuation, near, _) = objective.trial.lengths, start
     best = objective(actuation, near)
 
     def total(magnitudes: Floats) -> float:

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize
 
+from legspring.kernel.circle import characteristic, inside
 from legspring.kernel.walker import Floats
 from legspring.objective import (
     ANGLE_WEIGHT,
@@ -29,7 +30,8 @@ from legspring.objective import (
 
 DIFFERENCE = 1e-6
 """Step of the differences of exact Jacobians."""
-ITERATIONS = 30
+ITERATIONS = 20
+"""Most iterations; to start again from where they end is quicker than to go on."""
 PRECISION = 1e-6
 SLOWEST, FASTEST = 0.5, 2.0
 """Initial speed, in units of the desired one."""
@@ -40,6 +42,8 @@ WORST = 3.0
 SMALLEST = 5e-4
 """Bound of eigenvalues below which there is no point in going."""
 CLEARANCE = 1.002
+CORRECTIONS, PRECISE, LONGEST_CORRECTION = 8, 1e-9, 0.3
+"""How a search's end is moved onto the equations: most steps, residual to reach, longest step."""
 REASONS = {
     0: "converged",
     4: "the constraints leave no way to go",
@@ -47,53 +51,10 @@ REASONS = {
     9: "iteration limit reached",
 }
 """Why SLSQP stops."""
-NEGLIGIBLE = 1e-8
+NEGLIGIBLE = 1e-6
+"""Length of a correction along which no slope is worth its price."""
 NOWHERE = 1e3
 """Violation of all constraints where there is nothing to evaluate."""
-
-
-def characteristic(matrices: Floats) -> Floats:
-    """Return the coefficients c of the characteristic polynomials z^n + c1 z^(n-1) + ... of matrices ``(N, n, n)``."""
-    n = matrices.shape[-1]
-    power, out = np.broadcast_to(np.eye(n), matrices.shape), np.zeros(matrices.shape[:-1])
-    for k in range(n):
-        power = matrices @ power
-        out[:, k] = -np.trace(power, axis1=1, axis2=2) / (k + 1)
-        power = power + out[:, k, None, None] * np.eye(n)
-    return out
-
-
-def inside(c: Floats, t: float) -> tuple[Floats, Floats, Floats]:
-    """Conditions for the zeros of a polynomial of degree 2 or 4 to lie within a circle of radius t.
-
-    On leaving the circle, a zero passes through t, through -t, or a pair of them has a product of t^2 (Jury's critical
-    conditions): p(t) >= 0, p(-t) >= 0 and the product of all 1 - z_i z_j / t^2 >= 0, where the last is a polynomial of
-    the coefficients. All three are multiplied by t, so that their slopes stay of one size where t is small.
-
-    Returns
-    -------
-    values, by_c, by_t
-        ``(3,)``, ``(3, n)``, ``(3,)``: what must not be negative, and its derivatives.
-    """
-    n = len(c)
-    orders = np.arange(1.0, n + 1.0)
-    signs = (-1.0) ** orders
-    a = c / t**orders  # the coefficients of the zeros in units of t
-    by_a = np.ones((3, n))
-    by_a[1] = signs
-    values = np.array([1.0 + np.sum(a), 1.0 + signs @ a, 0.0])
-    if n == 2:
-        values[2], by_a[2] = 1.0 - a[1], [0.0, -1.0]
-    else:
-        e1, e2, e3, e4 = a * signs
-        values[2] = 1 - e2 + e1 * e3 - e4 + 2 * e2 * e4 - e3**2 - e1**2 * e4 + e1 * e3 * e4 - e4**2 - e2 * e4**2 + e4**3
-        by_a[2] = signs * [
-            e3 - 2 * e1 * e4 + e3 * e4,
-            -1 + 2 * e4 - e4**2,
-            e1 - 2 * e3 + e1 * e4,
-            -1 + 2 * e2 - e1**2 + e1 * e3 - 2 * e4 - 2 * e2 * e4 + 3 * e4**2,
-        ]
-    return t * values, t * by_a / t**orders, values - by_a @ (orders * a)
 
 
 @dataclass
@@ -255,6 +216,22 @@ class Programme:
             x[self.t] = point.measure[0] if self.objective.goal == "efficiency" else self.bound(point.measure)
         return np.clip(x, self.bounds[:, 0], self.bounds[:, 1])
 
+    def restored(self, x: Floats) -> Floats:
+        """Return the point near x that fulfils the equations: at folds, what they are short of decides."""
+        x, n = x.copy(), self.beside.stop
+        low, high = self.bounds[:n].T
+        for _ in range(CORRECTIONS):
+            left = self.equations(x)
+            if not PRECISE < np.max(np.abs(left)) < NOWHERE:
+                break
+            by = self.equations_by(x)[:, :n]
+            # The least change of what is not at its bound already.
+            free = (low < x[:n]) & (x[:n] < high)
+            move = -np.linalg.lstsq(by[:, free], left, rcond=None)[0]
+            x[:n][free] += move * min(1.0, LONGEST_CORRECTION / np.max(np.abs(move)))
+            x[:n] = np.clip(x[:n], low, high)
+        return x
+
     def bound(self, c: Floats) -> float:
         """Largest magnitude of the eigenvalues of a stride, from the characteristic polynomial."""
         radius = float(np.max(np.abs(np.roots([1.0, *c]))))
@@ -266,7 +243,7 @@ class Programme:
         Returns
         -------
         x, message
-            Where the search ended, and why.
+            Where the search ended, moved onto the equations, and why.
         """
         total = np.zeros(self.size)
         total[self.t :] = 1.0
@@ -293,7 +270,7 @@ class Programme:
             constraints=constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
         )
-        return found.x, REASONS.get(found.status, str(found.message))
+        return self.restored(found.x), REASONS.get(found.status, str(found.message))
 
 
 def steps_taken(residual: Floats, jacobian: Floats) -> Floats:

@@ -8,13 +8,10 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from legspring.kernel.launch import HEADING, SPEED
-from legspring.kernel.look import ENDS, STEP, STRIDE, WORK, look
-from legspring.kernel.newton import gait_conditions
-from legspring.kernel.run import run
-from legspring.kernel.walker import ACTUATION, OK, PHASE, Floats
+from legspring.kernel.look import ENDS, STEP, STRIDE, WORK, conditions_at, look
+from legspring.kernel.walker import Floats
 from legspring.model import Animal
-from legspring.returnmap import NO_PUSH, Start, jets
+from legspring.returnmap import Direction, Start, jets
 from legspring.setting import ACCURACY
 from legspring.solve import Problem, Solutions
 
@@ -23,6 +20,13 @@ What = Literal["ends", "cost", "complete", "reduced"]
 
 GOAL = 1e-9
 """Largest residual of a candidate."""
+KINDS: dict[What, tuple[int, tuple[Direction, ...]]] = {
+    "ends": (ENDS, ()),
+    "cost": (WORK, ()),
+    "reduced": (STRIDE, ("speed", "heading")),
+    "complete": (STEP, ("speed", "heading", "Dx", "Dy")),
+}
+"""What the kernel is to look at, and the directions that this takes."""
 
 
 class Look(NamedTuple):
@@ -70,23 +74,26 @@ class Trial:
         self.lengths = pair_lengths(animal)
         pairs = range(len(animal.pairs))
         self._first = np.array([np.flatnonzero((setting.pair == p) & (setting.offset == 0.0))[0] for p in pairs])
-        self._placement = np.array([animal.legs[leg].angle for leg in self._first])
+        self._scale = setting.error_scale(ACCURACY)
         # One set of arrays for each set of directions; every simulation writes its values into them.
-        start, phase = Start(setting.desired_speed, heading), np.zeros(len(pairs))
-        actuation, phases = ([(name, pair) for pair in animal.pairs] for name in ("actuation", "phase"))
-        still, maps = jets(setting, phase, start), jets(setting, phase, start, ["speed", "heading"])
-        self._unknowns = jets(setting, phase, start, [*actuation, "speed", *phases])
-        self._jets = {
-            "ends": (ENDS, still),
-            "cost": (WORK, still),
-            "reduced": (STRIDE, maps),
-            "complete": (STEP, jets(setting, phase, start, ["speed", "heading", "Dx", "Dy"])),
-        }
+        self._jets: dict[tuple[Direction, ...], tuple[Floats, Floats, Floats]] = {}
+        self._unknowns: tuple[Direction, ...] = (
+            *(("actuation", pair) for pair in animal.pairs),
+            "speed",
+            *(("phase", pair) for pair in animal.pairs),
+        )
         self._scales = np.concatenate([self.lengths, [setting.step_length], np.ones(len(pairs))])
 
     def beside(self, heading: float) -> "Trial":
         """Return the same at another heading."""
         return Trial(self.setting.animal, self.setting.slope, heading, self.family)
+
+    def _jets_along(self, along: tuple[Direction, ...]) -> tuple[Floats, Floats, Floats]:
+        """Return arrays for the kernel with derivatives along some directions."""
+        if along not in self._jets:
+            start, phase = Start(self.setting.desired_speed, self.heading), np.zeros(len(self.lengths))
+            self._jets[along] = jets(self.setting, phase, start, along)
+        return self._jets[along]
 
     def solve(self, actuation: Floats, near: Floats) -> Solutions:
         """Solve for gaits with actuations ``(N, P)`` from starts ``(N, n)``."""
@@ -94,53 +101,25 @@ class Trial:
 
     def conditions(self, actuation: Floats, z: Floats) -> tuple[Floats, Floats] | None:
         """Return what is left of a gait's conditions, ``(4,)``, and its derivatives by u and z; None if broken."""
-        body, legs, start = self._unknowns
-        setting, stride = self.setting, self.setting.step_length
-        legs[:, ACTUATION, 0] = setting.side * (actuation * self.lengths)[setting.pair]
-        legs[:, PHASE, 0] = z[1:][setting.pair]
-        start[SPEED, 0], start[HEADING, 0] = z[0] * stride, self.heading
-        scale = setting.error_scale(ACCURACY)
-        status, walker, _ = run(body, legs, setting.side, setting.offset, NO_PUSH, start, 4, 1.0, scale, 0, 0)
-        if status != OK:
-            return None
-        residual, jacobian = gait_conditions(walker.y, start, stride)
-        return residual, jacobian * self._scales
+        body, legs, start = self._jets_along(self._unknowns)
+        setting, points = self.setting, np.concatenate([actuation, z])[None]
+        pair, lengths, stride, scale = setting.pair, self.lengths, setting.step_length, self._scale
+        residuals, jacobians = conditions_at(
+            body, legs, setting.side, setting.offset, pair, lengths, start, stride, scale, points
+        )
+        return None if np.isnan(residuals[0, 0]) else (residuals[0], jacobians[0] * self._scales)
 
     def look(self, candidates: Floats, what: What) -> Look:
         """Simulate a stride from candidates, ``(N, P + n)``."""
         setting, points = self.setting, np.atleast_2d(candidates)
-        kind, (body, legs, start) = self._jets[what]
-        ends, down, jacobians, work = look(
-            body,
-            legs,
-            setting.side,
-            setting.offset,
-            setting.pair,
-            self._first,
-            self.lengths,
-            start,
-            setting.step_length,
-            setting.error_scale(ACCURACY),
-            points,
-            kind,
+        kind, along = KINDS[what]
+        body, legs, start = self._jets_along(along)
+        pair, lengths, stride, scale = setting.pair, self.lengths, setting.step_length, self._scale
+        side, offset, rate = setting.side, setting.offset, 1.0 / setting.step_duration
+        angles, is_gait, jacobians, work = look(
+            body, legs, side, offset, pair, self._first, lengths, start, stride, rate, scale, points, kind
         )
-        time, old, functions = ends[:, :, 0], setting.offset != 0.0, np.array(setting.functions)
-        fits = np.all((time[:, setting.pair[old]] > 1.0) == (down[:, old] != 0.0), axis=1)
-        leaves = np.all(ends[:, :, 1] * functions < 0.0, axis=1)
-        cost = work / (setting.weight * setting.step_length)
-        return Look(self._angles(points, ends), fits & leaves, cost, jacobians)
-
-    def _angles(self, points: Floats, ends: Floats) -> Floats:
-        """Angles between the two lengths where stances begin and end: ``(N, P, 2)``."""
-        setting, n = self.setting, len(self.lengths)
-        actuation, speed, phase = points[:, :n], points[:, n : n + 1], points[:, n + 1 :]
-        swing = np.pi * np.array(setting.functions) * actuation * self.lengths
-        free = -np.stack([swing * np.cos(phase), swing * np.cos(np.pi * ends[:, :, 0] + phase)], axis=2)
-        length = free + ends[:, :, 1:]
-        length[:, :, 0] = -speed * setting.step_length * np.cos(self._placement - self.heading)
-        rate = 1.0 / setting.step_duration
-        between = np.degrees(np.arctan(length * rate) - np.arctan(free * rate))
-        return between * np.array(setting.functions)[:, None] * [1.0, -1.0]
+        return Look(angles, is_gait, work / (setting.weight * stride), jacobians)
 
 
 def pair_lengths(animal: Animal) -> Floats:

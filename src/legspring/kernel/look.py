@@ -1,24 +1,30 @@
-"""A quick look at candidates for gaits: how stances end, what perturbations become, what the legs' work is."""
+"""A quick look at candidates for gaits: their conditions, how stances begin and end, their Jacobian, their work."""
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from legspring.kernel.jit import driver, part
-from legspring.kernel.launch import SPEED, launch
+from legspring.kernel.launch import HEADING, SPEED, launch
 from legspring.kernel.measure import leg_work
-from legspring.kernel.stride import advance
+from legspring.kernel.newton import conditions
+from legspring.kernel.stride import advance, copy
 from legspring.kernel.walker import (
     ACTUATION,
+    ANGLE,
     DOWN,
     LIFTOFF,
+    OFFSET,
     OK,
     PHASE,
+    SIDE,
     VX,
     VY,
     Floats,
     Ints,
     Tape,
+    Walker,
     X,
     Y,
     new_tape,
@@ -53,6 +59,93 @@ def map_jacobian(y: Floats, unit: float, mirror: float, out: Floats) -> None:
             out[2, d], out[3, d] = mirror * y[X, d + 1] * scale / unit, y[Y, d + 1] * scale / unit
 
 
+@part
+def place(w: Walker, start: Floats, pair: Ints, lengths: Floats, stride: float, point: Floats) -> None:
+    """Put a candidate's actuation, speed and phases into a walker, and launch it."""
+    pairs = lengths.size
+    for i in range(pair.size):
+        w.legs[i, ACTUATION, 0] = w.contacts[i, SIDE] * point[pair[i]] * lengths[pair[i]]
+        w.legs[i, PHASE, 0] = point[pairs + 1 + pair[i]]
+    start[SPEED, 0] = point[pairs] * stride
+    launch(w, start)
+
+
+@part
+def write_angles(
+    w: Walker,
+    first: Ints,
+    lengths: Floats,
+    heading: float,
+    stride: float,
+    rate: float,
+    p: Floats,
+    ends: Floats,
+    out: Floats,
+) -> None:
+    """Write the angles, in degrees, between length and force-free length against time where stances begin and end.
+
+    Both rates are known from the candidate at touch-down, and differ by the gap's rate at lift-off. The sign is such
+    that the angle is positive where the leg begins, and ends, with the force of its function.
+    """
+    pairs = first.size
+    for n in range(pairs):
+        i = first[n]
+        side, phase = w.contacts[i, SIDE], p[pairs + 1 + n]
+        swing = -math.pi * side * p[n] * lengths[n] * rate
+        down, up = swing * math.cos(phase), swing * math.cos(math.pi * ends[n, 0] + phase)
+        approach = -p[pairs] * stride * math.cos(w.legs[i, ANGLE, 0] - heading) * rate
+        out[n, 0] = side * math.degrees(math.atan(approach) - math.atan(down))
+        out[n, 1] = -side * math.degrees(math.atan(up + ends[n, 1] * rate) - math.atan(up))
+
+
+@part
+def fulfils(w: Walker, down: Floats, first: Ints, pair: Ints, ends: Floats) -> bool:
+    """Whether legs lift off as their function wants, and those down at the start are those that lift off late."""
+    for n in range(first.size):
+        if not ends[n, 1] * w.contacts[first[n], SIDE] < 0.0:
+            return False
+    for i in range(pair.size):
+        if w.contacts[i, OFFSET] != 0.0 and (ends[pair[i], 0] > 1.0) != (down[i] != 0.0):
+            return False
+    return True
+
+
+@driver
+def conditions_at(
+    body: Floats,
+    legs: Floats,
+    side: Floats,
+    offset: Floats,
+    pair: Ints,
+    lengths: Floats,
+    start: Floats,
+    stride: float,
+    scale: float,
+    points: Floats,
+) -> tuple[Floats, Floats]:
+    """Return what is left of the conditions of a gait for candidates, and its derivatives.
+
+    Parameters
+    ----------
+    body, legs, side, offset, pair, lengths, start, stride, scale, points
+        See `look`.
+
+    Returns
+    -------
+    residuals, jacobians
+        ``(N, 4)``, ``(N, 4, D)`` in the jets' directions; nan where a step cannot be simulated.
+    """
+    size = points.shape[0]
+    residuals, jacobians = np.full((size, 4), np.nan), np.full((size, 4, start.shape[1] - 1), np.nan)
+    w = new_walker(body, legs, side, offset, np.zeros((0, 3)), 4)
+    tape = new_tape(0, 0, 0, w)
+    for row in range(size):
+        place(w, start, pair, lengths, stride, points[row])
+        if advance(w, 1.0, scale, tape) == OK:
+            conditions(w.y, start, stride, residuals[row], jacobians[row])
+    return residuals, jacobians
+
+
 @driver
 def look(
     body: Floats,
@@ -64,10 +157,11 @@ def look(
     lengths: Floats,
     start: Floats,
     stride: float,
+    rate: float,
     scale: float,
     points: Floats,
     what: int,
-) -> tuple[Floats, Floats, Floats, Floats]:
+) -> tuple[Floats, NDArray[np.bool_], Floats, Floats]:
     """Simulate a stride from each of some candidates, of a body whose yaw is held.
 
     Parameters
@@ -78,6 +172,8 @@ def look(
         Pair of each leg; first leg and nominal length (m) of each pair.
     stride
         Desired displacement of a step, m: the unit of lengths.
+    rate
+        Step durations a second.
     scale
         Largest error estimate of an integration step, m.
     points
@@ -87,24 +183,20 @@ def look(
 
     Returns
     -------
-    ends, down, jacobians, work
-        ``(N, P, 2)``: time of lift-off of each pair's first leg, and rate of ``|r| - l`` then; ``(N, L)``: whether legs
-        are down at the start (1 or 0); ``(N, n, n)``; ``(N,)``: sum of the magnitudes of positive and negative work of
-        the legs in a step, per mass. All nan where a stride cannot be simulated.
+    angles, is_gait, jacobians, work
+        ``(N, P, 2)`` (see `write_angles`); ``(N,)`` (see `fulfils`); ``(N, n, n)``; ``(N,)``: sum of the magnitudes of
+        positive and negative work of the legs in a step, per mass. Nan or False where a stride cannot be simulated.
     """
     size, pairs, n = points.shape[0], lengths.size, start.shape[1] - 1
-    ends, jacobians = np.full((size, pairs, 2), np.nan), np.full((size, n, n), np.nan)
-    work, down = np.full(size, np.nan), np.full((size, pair.size), np.nan)
+    angles, jacobians = np.full((size, pairs, 2), np.nan), np.full((size, n, n), np.nan)
+    work, is_gait = np.full(size, np.nan), np.zeros(size, np.bool_)
+    ends, down = np.full((pairs, 2), np.nan), np.zeros(pair.size)
     w = new_walker(body, legs, side, offset, np.zeros((0, 3)), 4)
     tape = new_tape(180 if what == WORK else 0, 60, 0, w)
     for row in range(size):
-        for i in range(pair.size):
-            legs[i, ACTUATION, 0] = side[i] * points[row, pair[i]] * lengths[pair[i]]
-            legs[i, PHASE, 0] = points[row, pairs + 1 + pair[i]]
-        start[SPEED, 0] = points[row, pairs] * stride
         tape.counts[:] = 0
-        launch(w, start)
-        down[row] = w.contacts[:, DOWN]
+        place(w, start, pair, lengths, stride, points[row])
+        copy(w.contacts[:, DOWN], down)
         if advance(w, 1.0, scale, tape) != OK:
             continue
         if what == STEP:
@@ -115,5 +207,7 @@ def look(
             map_jacobian(w.y, stride, 1.0, jacobians[row])
         if what == WORK:
             work[row] = np.sum(np.abs(leg_work(tape, 0.0, 1.0)))
-        liftoffs(tape, first, ends[row])
-    return ends, down, jacobians, work
+        liftoffs(tape, first, ends)
+        write_angles(w, first, lengths, start[HEADING, 0], stride, rate, points[row], ends, angles[row])
+        is_gait[row] = fulfils(w, down, first, pair, ends)
+    return angles, is_gait, jacobians, work

@@ -187,17 +187,20 @@ class Store:
         )
 
     @cached_property
-    def tables(self) -> dict[str, Table]:
-        """The thesis's tables."""
-        ranges = force_ranges(self.atlas, self.selected, self.nelder_mead_selected)
-        found = differences(self.optima, self.selected, self.nelder_mead_selected)
-        tables = (
-            constraint_table(),
-            parameter_table(self.animal),
-            *force_tables(ranges),
-            difference_table(found),
-        )
+    def force_tables(self) -> dict[str, Table]:
+        """Tables 6.1-6.3."""
+        tables = force_tables(force_ranges(self.atlas, self.selected, self.nelder_mead_selected))
         return {table.number: table for table in tables}
+
+    def table(self, number: str) -> Table:
+        """Make one of the thesis's tables, of what it needs."""
+        if number == "3.1":
+            return constraint_table()
+        if number == "4.1":
+            return parameter_table(self.animal)
+        if number in self.force_tables:
+            return self.force_tables[number]
+        return difference_table(differences(self.optima, self.selected, self.nelder_mead_selected))
 
     @cached_property
     def nelder_mead_selected(self) -> xr.Dataset:
@@ -281,9 +284,11 @@ def reproduce(
     for chapter in CHAPTERS:
         here = [number for number in numbers if number.startswith(f"{chapter}.")]
         drawing[chapter] = draw(store, directory, [FIGURES[number] for number in here if number in FIGURES])
+        # Figures and tables share numbers.
         for number in here:
-            if number not in FIGURES:
-                save_table(store.tables[number], directory / "tables" / f"{store.tables[number].stem}.csv")
+            if number in TABLES:
+                table = store.table(number)
+                save_table(table, directory / "tables" / f"{table.stem}.csv")
     if only:
         return directory
     drawing[BEYOND_CHAPTER] = draw(store, directory, list(BEYOND.values()))
@@ -335,7 +340,7 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
         results=results,
         verdicts=verdicts,
         figures={number: Picture(pictures[number], figure.caption) for number, figure in FIGURES.items()},
-        tables=store.tables,
+        tables={number: store.table(number) for number in TABLES},
         timings=timings,
         beyond=sections(store.atlas, store.decays, store.back_pulls, store.fronts, pictures),
         data=[

@@ -1,0 +1,125 @@
+"""The thesis as a whole, on optimised gaits that nobody has computed: those take minutes."""
+
+import csv
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from PIL import Image
+
+from legspring.figures.peterson2011 import FIGURES
+from legspring.figures.peterson2011.beyond import BEYOND
+from legspring.peterson2011 import reproduce as module
+from legspring.peterson2011.reproduce import DATA, TABLES, reproduce
+from legspring.sweep import HEADINGS, SLOPES_DEG
+from tests.made_up import made_up_optima
+
+
+class Calls(list[str]):
+    """Methods of optimisation that were asked for, in their order."""
+
+    def optimal_atlas(self, animal: Any, *, method: str, starts: xr.Dataset | None = None, **_: Any) -> xr.Dataset:
+        assert (starts is None) == (method == "nelder-mead")
+        self.append(method)
+        return made_up_optima(SLOPES_DEG, HEADINGS, seed=len(self))
+
+
+@pytest.fixture(scope="module")
+def calls() -> Any:
+    with pytest.MonkeyPatch.context() as patch:
+        noted = Calls()
+        patch.setattr(module, "optimal_atlas", noted.optimal_atlas)
+        yield noted
+
+
+@pytest.fixture(scope="module")
+def thesis(calls: Calls, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the thesis reproduced."""
+    out = tmp_path_factory.mktemp("thesis")
+    assert reproduce(out) == out / "report.html"
+    assert calls == ["nelder-mead", "default"]
+    return out
+
+
+def test_all_figures_are_there(thesis: Path) -> None:
+    for figure in [*FIGURES.values(), *BEYOND.values()]:
+        with Image.open(thesis / "figures" / f"{figure.stem}.png") as picture:
+            assert min(picture.size) > 300
+            assert np.asarray(picture.convert("L")).std() > 5.0, f"{figure.stem} looks empty"
+        assert (thesis / "figures" / f"{figure.stem}.pdf").read_bytes().startswith(b"%PDF")
+
+
+# Fronts between gaits that nobody has computed are empty.
+def test_all_tables_and_data_are_there(thesis: Path) -> None:
+    assert len(list((thesis / "tables").glob("*.csv"))) == len(TABLES)
+    for name, (_, _, rows) in DATA.items():
+        with xr.open_dataset(thesis / "data" / f"{name}.nc") as dataset:
+            assert set(rows) <= set(dataset.dims)
+        with (thesis / "data" / f"{name}.csv").open(encoding="utf-8") as stream:
+            assert len(list(csv.reader(stream))) > (0 if name == "fronts" else 3)
+    with (thesis / "data" / "claims.csv").open(encoding="utf-8") as stream:
+        assert [row["number"] for row in csv.DictReader(stream)] == [str(number) for number in range(1, 24)]
+    assert not (thesis / "data" / ".unfinished").exists()
+
+
+def test_the_report_stands_alone(thesis: Path) -> None:
+    text = (thesis / "report.html").read_text(encoding="utf-8")
+    assert all(figure.caption.split(".")[0][:30] in text for figure in FIGURES.values())
+    assert not re.findall(r'(?:src|href)="(?!data:|#|data/|tables/|figures/)[^"]*"', text)
+    assert all((thesis / link).is_file() for link in re.findall(r'href="((?:data|tables|figures)/[^"]*)"', text))
+
+
+def test_what_is_stored_is_not_computed_again(thesis: Path, calls: Calls) -> None:
+    before, stamp = list(calls), (thesis / "data" / "optima.nc").stat().st_mtime_ns
+    report = (thesis / "report.html").stat().st_mtime_ns
+    picture = thesis / "figures" / f"{FIGURES['5.9'].stem}.png"
+    picture.unlink()
+    assert reproduce(thesis, only=["5.9"]) == thesis
+    assert picture.is_file() and calls == before
+    assert (thesis / "data" / "optima.nc").stat().st_mtime_ns == stamp
+    assert (thesis / "report.html").stat().st_mtime_ns == report
+
+
+def test_a_part_computes_only_what_it_needs(calls: Calls, tmp_path: Path) -> None:
+    before = list(calls)
+    reproduce(tmp_path, only=["3.2", "3.1", "4.1"])
+    names = sorted(path.name for path in tmp_path.rglob("*") if path.is_file())
+    stems = [FIGURES[number].stem for number in ("3.2", "4.1")]
+    assert {f"{stem}{suffix}" for stem in stems for suffix in (".png", ".pdf")} <= set(names)
+    assert calls == before and "optima.nc" not in names and "report.html" not in names
+
+
+def test_the_method_of_the_thesis_and_a_fresh_start(thesis: Path, calls: Calls, tmp_path: Path) -> None:
+    reproduce(tmp_path, only=["5.1"], method="nelder-mead")
+    assert calls[-1] == "nelder-mead" and not (tmp_path / "data" / "optima.nc").exists()
+    count = len(calls)
+    reproduce(tmp_path, only=["5.1"], method="nelder-mead", fresh=True)
+    assert len(calls) == count + 1
+
+
+def test_datasets_of_other_code_are_not_used(calls: Calls, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reproduce(tmp_path, only=["5.1"], method="nelder-mead")
+    count = len(calls)
+    monkeypatch.setattr(module, "code_stamp", lambda: "other")
+    reproduce(tmp_path, only=["5.1"], method="nelder-mead")
+    assert len(calls) == count + 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [({"only": ["9.9"]}, "only = '9.9'"), ({"method": "simplex"}, "method = 'simplex'"), ({"workers": 0}, "workers")],
+)
+def test_wrong_arguments_before_any_work(tmp_path: Path, change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        reproduce(tmp_path / "new", **change)
+    assert not (tmp_path / "new").exists()
+
+
+def test_what_was_computed_says_how_and_by_what(thesis: Path) -> None:
+    with xr.open_dataset(thesis / "data" / "atlas.nc") as atlas:
+        assert atlas.attrs["code"] and float(atlas.attrs["seconds"]) > 0.0
+        assert json.loads(atlas.attrs["parameters"])["name"] == "cockroach"
