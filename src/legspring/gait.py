@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.walker import LIFTOFF, Floats, Tape
+from legspring.kernel.walker import LIFTOFF, Floats, Tape, X, Y
 from legspring.measures.cost import transport_cost, work_of_legs
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.robustness import Recovery, recover
@@ -62,6 +62,9 @@ class Gait:
         At the start of a step, rad and rad/s; zero where the yaw is held.
     residual
         Largest of the conditions left, scaled by v_des, 1 rad, v_des, v_des t_des.
+    displacement
+        Displacement of the centre of mass over the step before (x, y), m, of an animal that is not tuned to its desired
+        speed; None for that of the desired speed, or where no leg of the step before is down.
     drift
         Largest change of the unknowns (speed in units of v_des, phases in rad) from an integration at an accuracy of
         1e-10 to one at 1e-12.
@@ -79,6 +82,7 @@ class Gait:
     branch: int = -1
     yaw: float = 0.0
     yaw_rate: float = 0.0
+    displacement: tuple[float, float] | None = None
 
     @cached_property
     def setting(self) -> Setting:
@@ -93,7 +97,8 @@ class Gait:
     @property
     def start(self) -> Start:
         """Start of a step."""
-        return Start(self.speed, self.heading, yaw=self.yaw, yaw_rate=self.yaw_rate)
+        turn = None if self.setting.mirrored else 0.0
+        return Start(self.speed, self.heading, self.displacement, self.yaw, self.yaw_rate, turn)
 
     @cached_property
     def tape(self) -> Tape:
@@ -151,11 +156,11 @@ class Gait:
             time, rate = self._liftoff(leg)
             if math.isnan(time):
                 return Invalid.NO_LIFTOFF, name
-            if rate * self.setting.functions[pair] > 0.0:
+            if rate * self.setting.functions[pair] > 0.0 and self.animal.legs[leg].stance is None:
                 return Invalid.WRONG_SIGN, name
             if peak_magnitude(self.setting, self.tape, leg) < IDLE:
                 return Invalid.IDLE, name
-        for index, old in enumerate(self.animal.legs):
+        for index, old in enumerate(self.animal.legs if not self.setting.event_driven else ()):
             left_down = self.liftoff[self.setting.pair[index]] > 1.0
             if old.offset == 1.0 and left_down != bool(self.tape.down[0, index]):
                 return Invalid.OLD_LEGS, old.name
@@ -163,18 +168,40 @@ class Gait:
 
     @cached_property
     def reduced_eigenvalue(self) -> float:
-        """Largest eigenvalue magnitude of the thesis's one-stride map of speed and heading."""
+        """Largest eigenvalue magnitude of the thesis's one-stride map of speed and heading.
+
+        Nan for an animal that is not tuned to its desired speed, by which that map rebuilds the old feet.
+        """
+        if not self.animal.tuned:
+            return math.nan
         return largest_magnitude(reduced_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1])
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
-        """Floquet multipliers of a stride, of the complete map, largest first."""
-        return multipliers(complete_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1])
+        """Floquet multipliers of a stride (of a step where steps are all alike), of the complete map, largest first.
+
+        What is conserved shows as a multiplier of 1: energy, and the direction on a level plane.
+        """
+        jacobian = complete_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1]
+        return multipliers(jacobian, self.setting.mirrored)
 
     @cached_property
     def work(self) -> Floats:
         """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``."""
-        return work_of_legs(self.setting, self.tape)
+        return work_of_legs(self.setting, self.tape) * (self.setting.step_length / self.distance)
+
+    @cached_property
+    def distance(self) -> float:
+        """How far a step gets, m: as far as desired where gaits are tuned to the desired speed."""
+        if self.animal.tuned:
+            return self.setting.step_length
+        end = self.tape.touchdowns[1]
+        return float(end[Y] if self.setting.mirrored else math.hypot(end[X], end[Y]))
+
+    @property
+    def mean_speed(self) -> float:
+        """Mean speed of progress, m/s."""
+        return self.distance / self.setting.step_duration
 
     @property
     def transport_cost(self) -> float:

@@ -224,6 +224,12 @@ def speed_and_heading(y: Floats) -> Floats:
     return out
 
 
+def state_names(setting: Setting, memory: bool) -> list[str]:
+    """Name what the complete map maps; with or without memory of the step before."""
+    names = ["speed", "heading"] + (["Dx", "Dy"] if memory else [])
+    return names + (["yaw", "yaw_rate"] + (["turn"] if memory else []) if setting.rows == 6 else [])
+
+
 def complete_map(
     setting: Setting, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
 ) -> tuple[Floats, Floats]:
@@ -239,10 +245,7 @@ def complete_map(
     state, jacobian
         ``(n,)`` and ``(n, n)``, n from 2 to 7.
     """
-    memory = start.displacement is not None or not setting.event_driven
-    names = ["speed", "heading"] + (["Dx", "Dy"] if memory else [])
-    if setting.rows == 6:
-        names += ["yaw", "yaw_rate"] + (["turn"] if memory else [])
+    names = state_names(setting, start.displacement is not None or not setting.event_driven)
     y = flow(setting, phase, start, along=names, accuracy=accuracy)[0].y
     speed, heading = speed_and_heading(y)
     images = {"speed": speed, "heading": heading, "Dx": y[X], "Dy": y[Y]}

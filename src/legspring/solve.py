@@ -12,6 +12,7 @@ nothing else.
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -127,7 +128,101 @@ class Solutions(NamedTuple):
     steps: int
 
 
-class Problem:
+def spread(count: int, low: Floats, high: Floats) -> Floats:
+    """Return points spread evenly over a box, the same every time: ``(count, n)``."""
+    if not (isinstance(count, int) and count >= 1):
+        raise ValueError(f"starts = {count!r}: must be a whole number, at least 1")
+    # A lattice of the golden ratio's kin (R sequence): even, and the same every time.
+    root = 1.5
+    for _ in range(50):
+        root = (1.0 + root) ** (1.0 / (low.size + 1))
+    steps = root ** -np.arange(1.0, low.size + 1)
+    unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
+    return low + (high - low) * unit
+
+
+class BaseProblem(ABC):
+    """Conditions of a gait, ready to be solved; the unknowns are a vector."""
+
+    setting: Setting
+    family: str
+    finest, goal = TIGHT, GOAL
+    """Accuracy and largest residual of gaits."""
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Number of unknowns."""
+
+    @abstractmethod
+    def starts(self, count: int) -> Floats:
+        """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
+
+    @abstractmethod
+    def solve(self, starts: Floats, accuracy: float, goal: float) -> Solutions:
+        """Search from each start, ``(N, size)``."""
+
+    @abstractmethod
+    def wrapped(self, z: Floats) -> Floats:
+        """Return the same unknowns with angles in (-pi, pi]."""
+
+    @abstractmethod
+    def unknowns(self, gait: Gait) -> Floats:
+        """Return a gait's unknowns, to start from."""
+
+    @abstractmethod
+    def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
+        """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
+
+    def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, "Counter[Ending]", int]:
+        """Search from each start, roughly.
+
+        Returns
+        -------
+        zeros, endings, steps
+            ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
+        """
+        zeros = np.zeros((0, self.size)) if known is None else known
+        found = self.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
+        for z in found.z[found.endings == newton.CONVERGED]:
+            if not self._is_among(z, zeros):
+                zeros = np.vstack([zeros, z])
+        return zeros, Counter(ENDINGS[int(ending)] for ending in found.endings), found.steps
+
+    def gait(self, z: Floats) -> Gait | None:
+        """Return the solution near z as a gait, valid or not; None if there is none after all."""
+        rough = self.solve(z, ACCURACY, GOAL).z[0]
+        gait, _ = self.gait_near(rough)
+        if gait is None:
+            return None
+        return replace(gait, drift=float(np.max(np.abs(self.wrapped(self.unknowns(gait) - rough)))))
+
+    def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
+        """Tell gaits from solutions that are none; two rough solutions may prove to be one."""
+        gaits: list[Gait] = []
+        rejections: list[Rejection] = []
+        met = np.zeros((0, self.size))
+        for z in zeros:
+            solution = self.gait(z)
+            if solution is None:
+                continue
+            fine = self.unknowns(solution)
+            if self._is_among(fine, met):
+                continue
+            met = np.vstack([met, fine])
+            problem = solution.invalid()
+            if problem is None:
+                gaits.append(solution)
+            else:
+                rejections.append(Rejection(*problem, solution))
+        return gaits, rejections
+
+    def _is_among(self, z: Floats, others: Floats) -> bool:
+        """Whether a solution is one of those in the rows of ``others``."""
+        return bool(np.any(np.all(np.abs(self.wrapped(z - others)) < SAME, axis=1)))
+
+
+class Problem(BaseProblem):
     """The conditions of a gait for one family at one slope and heading, ready to be solved.
 
     The unknowns are a vector: initial speed in units of the desired one, the phase of each pair of legs (rad), and,
@@ -184,36 +279,12 @@ class Problem:
 
     def starts(self, count: int) -> Floats:
         """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
-        if not (isinstance(count, int) and count >= 1):
-            raise ValueError(f"starts = {count!r}: must be a whole number, at least 1")
         limits = self.phase_range()
         if np.any(np.isnan(limits)):
             return np.zeros((0, self.size))
         low = np.concatenate([[SPEED_RANGE[0]], -limits, -YAW_RANGE])[: self.size]
         high = np.concatenate([[SPEED_RANGE[1]], limits, YAW_RANGE])[: self.size]
-        # A lattice of the golden ratio's kin (R sequence): even, and the same every time.
-        dimension = self.size
-        root = 1.5
-        for _ in range(50):
-            root = (1.0 + root) ** (1.0 / (dimension + 1))
-        steps = root ** -np.arange(1.0, dimension + 1)
-        unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
-        return low + (high - low) * unit
-
-    def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, "Counter[Ending]", int]:
-        """Search from each start, roughly.
-
-        Returns
-        -------
-        zeros, endings, steps
-            ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
-        """
-        zeros = np.zeros((0, self.size)) if known is None else known
-        found = self.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
-        for z in found.z[found.endings == newton.CONVERGED]:
-            if not self._is_among(z, zeros):
-                zeros = np.vstack([zeros, z])
-        return zeros, Counter(ENDINGS[int(ending)] for ending in found.endings), found.steps
+        return spread(count, low, high)
 
     def solve(self, starts: Floats, accuracy: float, goal: float, actuation: Floats | None = None) -> Solutions:
         """Search from each start, ``(N, size)``, with the problem's actuation or one for each, ``(N, P)``."""
@@ -240,22 +311,10 @@ class Problem:
         z[..., phases] = math.pi - (math.pi - z[..., phases]) % (2.0 * math.pi)
         return z
 
-    def _is_among(self, z: Floats, others: Floats) -> bool:
-        """Whether a solution is one of those in the rows of ``others``."""
-        return bool(np.any(np.all(np.abs(self.wrapped(z - others)) < SAME, axis=1)))
-
     def unknowns(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""
         yaw = (gait.yaw, gait.yaw_rate * self.setting.step_duration) if self.setting.rows == 6 else ()
         return np.array([gait.speed / self.setting.desired_speed, *gait.phase, *yaw])
-
-    def gait(self, z: Floats) -> Gait | None:
-        """Return the solution near z as a gait, valid or not; None if there is none after all."""
-        rough = self.solve(z, ACCURACY, GOAL).z[0]
-        gait, _ = self.gait_near(rough)
-        if gait is None:
-            return None
-        return replace(gait, drift=float(np.max(np.abs(self.wrapped(self.unknowns(gait) - rough)))))
 
     def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
         """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
@@ -280,26 +339,6 @@ class Problem:
         )
         return gait, squares
 
-    def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
-        """Tell gaits from solutions that are none; two rough solutions may prove to be one."""
-        gaits: list[Gait] = []
-        rejections: list[Rejection] = []
-        met = np.zeros((0, self.size))
-        for z in zeros:
-            solution = self.gait(z)
-            if solution is None:
-                continue
-            fine = self.unknowns(solution)
-            if self._is_among(fine, met):
-                continue
-            met = np.vstack([met, fine])
-            problem = solution.invalid()
-            if problem is None:
-                gaits.append(solution)
-            else:
-                rejections.append(Rejection(*problem, solution))
-        return gaits, rejections
-
 
 def hindmost(animal: Animal) -> int:
     """Index of the pair of legs whose nominal feet are furthest back."""
@@ -316,10 +355,46 @@ def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
 
 
+def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> float:
+    """Return the one slope that is given, in rad, or the only one that an animal's speed law is for.
+
+    Raises
+    ------
+    ValueError
+        If both or none are given, or it is beyond the vertical.
+    """
+    low, high = animal.speed_law.domain_deg
+    if slope is None and slope_deg is None and low == high:
+        return math.radians(low)
+    return checked_slope(slope, slope_deg)
+
+
+def problem_for(
+    animal: Animal, slope: float, heading: float | None, family: str, actuation: ArrayLike | None
+) -> BaseProblem:
+    """Return the conditions of a gait of one family.
+
+    Raises
+    ------
+    ValueError
+        If there is a heading, or an actuation, where gaits have their own, or no heading where they have none.
+    """
+    from legspring.periodic import PeriodicProblem
+
+    if animal.tuned:
+        if heading is None:
+            raise ValueError("heading is missing: must be an angle in rad, within +-pi/2")
+        return Problem(animal, slope, heading, family, actuation)
+    for name, value in (("heading", heading), ("actuation", actuation)):
+        if value is not None:
+            raise ValueError(f"{name} = {value!r}: must be left out for {animal.name!r}, whose gaits have their own")
+    return PeriodicProblem(animal, slope, family)
+
+
 def search_gaits(
     animal: Animal,
     *,
-    heading: float,
+    heading: float | None = None,
     slope: float | None = None,
     slope_deg: float | None = None,
     family: str | None = None,
@@ -333,9 +408,9 @@ def search_gaits(
     animal
         The animal.
     heading
-        rad, within +-pi/2.
+        rad, within +-pi/2; not to be given for an animal that is not tuned to its desired speed: its gaits have theirs.
     slope, slope_deg
-        Either of them; rad or degrees.
+        Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only.
     family
         Only gaits of this family are returned; branches are numbered over all.
     actuation
@@ -348,14 +423,14 @@ def search_gaits(
     ValueError
         For an angle out of range, an unknown family, or an animal whose gaits have other unknowns.
     """
-    angle = checked_slope(slope, slope_deg)
+    angle = slope_for(animal, slope, slope_deg)
     if family is not None:
         animal.functions(family)
     gaits: list[Gait] = []
     rejections: list[Rejection] = []
     steps, endings = 0, Counter[Ending]()
     for label in animal.families:
-        problem = Problem(animal, angle, heading, label, actuation)
+        problem = problem_for(animal, angle, heading, label, actuation)
         zeros, ends, taken = problem.zeros(problem.starts(starts))
         valid, invalid = problem.sort(zeros)
         gaits += valid
@@ -372,7 +447,7 @@ def search_gaits(
 def find_gaits(
     animal: Animal,
     *,
-    heading: float,
+    heading: float | None = None,
     slope: float | None = None,
     slope_deg: float | None = None,
     family: str | None = None,

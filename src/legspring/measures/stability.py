@@ -4,23 +4,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def multipliers(step_jacobian: NDArray[np.float64]) -> NDArray[np.complex128]:
-    """Floquet multipliers of a stride, largest first, from the Jacobian of the mirrored one-step map.
+def multipliers(step_jacobian: NDArray[np.float64], mirrored: bool = True) -> NDArray[np.complex128]:
+    """Floquet multipliers of a stride, largest first, from the Jacobian of the one-step map.
 
-    A stride is two steps that mirror each other, so that they are the squares of its eigenvalues.
+    Where steps mirror each other a stride is two of them: multipliers are the squares of the eigenvalues.
 
     Parameters
     ----------
     step_jacobian
         ``(n, n)``, of `legspring.returnmap.complete_map`.
+    mirrored
+        Whether steps mirror each other; else a stride is one step.
 
     Returns
     -------
     ndarray
         ``(n,)``, dimensionless.
     """
-    squares = np.linalg.eigvals(step_jacobian).astype(complex) ** 2
-    return squares[np.argsort(-np.abs(squares), kind="stable")]
+    values = np.linalg.eigvals(step_jacobian).astype(complex) ** (2 if mirrored else 1)
+    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def largest_magnitude(jacobian: NDArray[np.float64]) -> float:

@@ -124,6 +124,21 @@ class Animal(Frozen):
         """Amplitude abs(ldev) of each pair (m), in the order of `pairs`."""
         return tuple({leg.pair: leg.actuation for leg in self.legs}.values())
 
+    @property
+    def phase(self) -> tuple[float, ...]:
+        """Phase phi of each pair (rad) where it is given, 0 where it is not, in the order of `pairs`."""
+        return tuple({leg.pair: leg.phase or 0.0 for leg in self.legs}.values())
+
+    @property
+    def tuned(self) -> bool:
+        """Whether gaits have phases tuned to the desired speed; else they are whatever repeats itself."""
+        return any(leg.actuation > 0.0 and leg.phase is None for leg in self.legs)
+
+    @property
+    def conservative(self) -> bool:
+        """Whether energy is conserved: the desired speed is the one that a step starts with."""
+        return not any(leg.actuation or leg.damping or leg.stance or leg.length_law for leg in self.legs)
+
     def functions(self, family: str) -> tuple[int, ...]:
         """Return what each pair does in a family: the signs of ldev.
 
@@ -193,7 +208,7 @@ class Animal(Frozen):
         ----------
         **changes
             New values of fields of `Animal`, of its `Body` (mass, inertia, yaw) or of its legs
-            (hip, length, stiffness, angle or angle_deg, actuation, function, offset, touchdown,
+            (hip, length, stiffness, angle or angle_deg, actuation, phase, function, offset, touchdown,
             follows, stance, damping, length_law). A leg's field takes one value for all pairs, or a
             sequence with one for each pair. The value is that of the leg of the pair which is put down
             first (offset 0); its partner becomes its mirror image, with the angle and the hip's dx

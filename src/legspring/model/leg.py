@@ -48,6 +48,9 @@ class Leg(Frozen):
         ``angle_deg`` (deg) is accepted in its place.
     actuation : float
         Amplitude abs(ldev) of the force-free length (m), less than the length.
+    phase : float, optional
+        Phase phi (rad) of the force-free length at touch-down; without it, gaits have the phases at which
+        the animal runs at its desired speed.
     function : {"push", "pull"}
         What the leg does unless a family says otherwise; it gives ldev its sign.
     offset : float
@@ -82,6 +85,7 @@ class Leg(Frozen):
     stiffness: Positive
     angle: Annotated[Number, AfterValidator(_half_turn)]
     actuation: Annotated[Number, Field(ge=0)]
+    phase: Number | None = None
     function: Literal["push", "pull"] = "push"
     offset: Annotated[Number, Field(ge=0, lt=2)]
     touchdown: Literal["clock", "ground", "lift-off"] = "clock"
@@ -170,4 +174,4 @@ class Leg(Frozen):
         return (*self.hip, self.length, self.stiffness, self.angle, self.actuation, self.damping)
 
     def _manner(self) -> tuple[object, ...]:
-        return (self.pair, self.function, self.touchdown, self.follows, self.stance, self.length_law)
+        return (self.pair, self.phase, self.function, self.touchdown, self.follows, self.stance, self.length_law)

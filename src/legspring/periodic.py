@@ -1,0 +1,151 @@
+"""Gaits of animals whose legs are not tuned to a speed: whatever repeats itself.
+
+The unknowns are the state at the start of a step. Nothing but the return map is asked about: it maps a gait to itself.
+Where energy is conserved there is a gait at every speed, and the desired one is that of the start of a step.
+"""
+
+import math
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from legspring.gait import Gait
+from legspring.kernel import newton
+from legspring.kernel.walker import TIME, Floats
+from legspring.model import Animal
+from legspring.returnmap import IntegrationError, Start, complete_map, flow, state_names
+from legspring.setting import Setting
+from legspring.solve import BaseProblem, Solutions, spread
+
+BROKEN = 1e3
+"""Residual where a step cannot be simulated."""
+MOST_EVALUATIONS = 60
+RANGES = {
+    "speed": (0.5, 1.5),
+    "heading": (-1.0, 1.0),
+    "Dx": (-0.5, 0.5),
+    "Dy": (0.5, 1.5),
+    "yaw": (-0.4, 0.4),
+    "yaw_rate": (-1.0, 1.0),
+    "turn": (-0.8, 0.8),
+}
+"""Where searches start, in units of v_des, t_des and rad, in the order of a start; an animal whose legs have no
+mirror images may go anywhere."""
+
+
+class PeriodicProblem(BaseProblem):
+    """The conditions of a gait that repeats itself, for one family on one slope.
+
+    The unknowns are those of `legspring.returnmap.complete_map`, in units of v_des and t_des, but for the speed where
+    energy is conserved.
+    """
+
+    def __init__(self, animal: Animal, slope: float, family: str) -> None:
+        self.setting = Setting(animal, slope, animal.functions(family))
+        self.family = family
+        self.names = state_names(self.setting, memory=not self.setting.event_driven)
+        self.free = [name for name in self.names if not (name == "speed" and animal.conservative)]
+        lengths = {"speed", "Dx", "Dy"}
+        self._units = np.array([self.setting.step_length if name in lengths else 1.0 for name in self.names])
+        self._rows = [self.names.index(name) for name in self.free]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.free)
+
+    def starts(self, count: int) -> Floats:
+        """Return starting points spread evenly over where gaits may be: ``(count, size)``."""
+        ranges = RANGES if self.setting.mirrored else RANGES | {"heading": (-math.pi, math.pi)}
+        low, high = np.array([ranges[name] for name in self.free]).T
+        return spread(count, low, high)
+
+    def start(self, z: Floats) -> Start:
+        """Return the start of a step with some unknowns."""
+        state = dict(zip(self.names, self._units, strict=True))
+        state |= {name: state[name] * value for name, value in zip(self.free, z.tolist(), strict=True)}
+        duration = self.setting.step_duration
+        displacement = (state["Dx"], state["Dy"]) if "Dx" in state else None
+        yaws = {"yaw": state["yaw"], "yaw_rate": state["yaw_rate"] / duration} if "yaw" in state else {}
+        turn = state.get("turn", 0.0)
+        return Start(state["speed"] / duration, state["heading"], displacement, **yaws, turn=turn)
+
+    def residual(self, z: Floats, accuracy: float) -> tuple[Floats, Floats]:
+        """Return what a step changes in the unknowns, ``(n,)``, and its derivatives."""
+        try:
+            image, jacobian = complete_map(self.setting, self.setting.animal.phase, self.start(z), accuracy=accuracy)
+        except (IntegrationError, ValueError):
+            return np.full(self.size, BROKEN), np.eye(self.size)
+        by = jacobian * self._units / self._units[:, None]
+        left = image[self._rows] / self._units[self._rows] - z
+        for row, name in enumerate(self.free):
+            if name == "heading":
+                left[row] = math.remainder(left[row], 2.0 * math.pi)
+        return left, by[np.ix_(self._rows, self._rows)] - np.eye(self.size)
+
+    def solve(self, starts: Floats, accuracy: float, goal: float) -> Solutions:
+        """Search from each start, ``(N, size)``."""
+        found = [self._solve(z, accuracy, goal) for z in np.array(starts, ndmin=2)]
+        z, endings, residuals, squares, steps = zip(*found, strict=True)
+        return Solutions(
+            self.wrapped(np.array(z)), np.array(endings), np.array(residuals), np.array(squares), sum(steps)
+        )
+
+    def _solve(self, z: Floats, accuracy: float, goal: float) -> tuple[Floats, int, float, float, int]:
+        """Search from one start."""
+        found = least_squares(
+            lambda z: self.residual(z, accuracy)[0],
+            z,
+            lambda z: self.residual(z, accuracy)[1],
+            method="lm",
+            ftol=1e-15,
+            xtol=1e-15,
+            gtol=1e-15,
+            max_nfev=MOST_EVALUATIONS,
+        )
+        largest = float(np.max(np.abs(found.fun)))
+        ending = newton.CONVERGED if largest <= goal else newton.BROKEN if largest >= BROKEN else newton.STALLED
+        return found.x, ending, largest, float(np.sum(found.fun**2)), found.nfev
+
+    def wrapped(self, z: Floats) -> Floats:
+        """Return the same unknowns with the heading in (-pi, pi]."""
+        z, column = z.copy(), self.free.index("heading")
+        z[..., column] = math.pi - (math.pi - z[..., column]) % (2.0 * math.pi)
+        return z
+
+    def unknowns(self, gait: Gait) -> Floats:
+        """Return a gait's unknowns, to start from."""
+        start = gait.start.in_kernel_units(self.setting)
+        turn = 2.0 * gait.yaw if self.setting.mirrored else 0.0
+        values = dict(zip(("speed", "heading", "Dx", "Dy", "yaw", "yaw_rate", "turn"), start, strict=True)) | {
+            "turn": turn
+        }
+        units = dict(zip(self.names, self._units, strict=True))
+        return np.array([values[name] / units[name] for name in self.free])
+
+    def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
+        """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
+        found = self.solve(z, self.finest, self.goal)
+        squares = float(found.squares[0])
+        if not found.residuals[0] < 100.0 * self.goal:
+            return None, squares
+        setting, start = self.setting, self.start(found.z[0])
+        animal = setting.animal
+        if setting.event_driven:
+            # The step's own duration is the natural unit of time.
+            end = flow(setting, animal.phase, start)[0].clock[TIME]
+            animal = animal.replace(step_law=float(end * setting.step_duration))
+        gait = Gait(
+            animal=animal,
+            slope=setting.slope,
+            heading=start.heading,
+            family=self.family,
+            speed=start.speed,
+            phase=animal.phase,
+            actuation=animal.actuation,
+            residual=float(found.residuals[0]),
+            yaw=start.yaw,
+            yaw_rate=start.yaw_rate,
+            displacement=start.displacement,
+        )
+        return gait, squares
