@@ -20,8 +20,9 @@ from .problem import IGNORED, Array
 Law = Callable[[Any, Any, Any, Any, Any], Any]
 _FAR = 1e3
 _SAME = 1e-9
-_LEG = 11  # parameters of a leg: stiffness, length, ldev, phase, hip, foot, damping, begun, level
-_SETTLE = 1e-6
+_LEG = 12  # parameters of a leg: stiffness, length, ldev, phase, hip, foot, damping, begun, level, whether it is down
+_SETTLE = 1e-6  # the first steps after an event, in which a leg just put down has a zero that hides others
+_COOL = 1e-8
 
 
 def sinusoid(m: Any, t: Any, l0: Any, ldev: Any, phi: Any) -> Any:
@@ -75,7 +76,9 @@ def _integrator(n_legs: int, law: Law) -> Any:
     forces: list[tuple[Any, Any, Any]] = []
     pulls, heights = [], []
     for leg in range(n_legs):
-        k, l0, ldev, phi, hip_x, hip_y, foot_x, foot_y, c, begun, level = (hy.par[leg * _LEG + i] for i in range(_LEG))
+        k, l0, ldev, phi, hip_x, hip_y, foot_x, foot_y, c, begun, level, down = (
+            hy.par[leg * _LEG + i] for i in range(_LEG)
+        )
         cosine, sine = hy.cos(theta), hy.sin(theta)
         arm_x, arm_y = cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y
         r_x, r_y = foot_x - x - arm_x, foot_y - y - arm_y
@@ -87,14 +90,14 @@ def _integrator(n_legs: int, law: Law) -> Any:
         free = hy.subs(free, {age: hy.time - begun})
         pull = k * (distance - free) + c * (lengthening - free_rate)
         pulls.append(pull)
-        force_x, force_y = pull * r_x / distance, pull * r_y / distance
+        force_x, force_y = down * pull * r_x / distance, down * pull * r_y / distance
         forces.append((force_x, force_y, (foot_x - x) * force_y - (foot_y - y) * force_x))
         # The reach of a leg in the air, as seen from the body, is given in the place of its hip.
         heights.append(y + arm_y - level)
     sums = [hy.sum([force[i] for force in forces]) for i in range(3)]
     motion = [(x, vx), (y, vy), (vx, sums[0]), (vy, sums[1] - gravity), (theta, omega), (omega, mobility * sums[2])]
-    events = [hy.t_event(pull) for pull in pulls]
-    events += [hy.t_event(height, direction=hy.event_direction.negative) for height in heights]
+    events = [hy.t_event(pull, cooldown=_COOL) for pull in pulls]
+    events += [hy.t_event(height, cooldown=_COOL, direction=hy.event_direction.negative) for height in heights]
     return hy.taylor_adaptive(motion, np.zeros(6), t_events=events, compact_mode=True)
 
 
@@ -150,7 +153,7 @@ class _Walk:
         before = np.array([-ago * start[2], -ago * start[3], 0.0, 0.0, start[4] - ago * start[6]])
         self._put_down(leg, -ago, before)
         nowhere = trigger != 0.0 and start[2] == start[3] == 0.0
-        if nowhere or (stay > 0.0 and stay <= ago) or self._pull(leg) * walker.side[leg] < 0.0:
+        if nowhere or (stay <= ago if stay > 0.0 else self._pull(leg) * walker.side[leg] < 0.0):
             self._lift(leg)
 
     def _pull(self, leg: int) -> float:
@@ -166,14 +169,14 @@ class _Walk:
 
     def _put_down(self, leg: int, time: float, state: Array) -> None:
         hip_x, hip_y, k, l0, ldev, phi, _, c = self.walker.legs[leg, :8]
-        self.pars[leg] = k, l0, ldev, phi, hip_x, hip_y, *self._foot(leg, state), c, time, -_FAR
+        self.pars[leg] = k, l0, ldev, phi, hip_x, hip_y, *self._foot(leg, state), c, time, -_FAR, 1.0
         self.down[leg], self.since[leg] = True, time
 
     def _lift(self, leg: int) -> None:
         """Hold a leg in the air; where it waits for the ground, its foot is in the place of its hip."""
         waits = self.walker.legs[leg, 8] == -1.0
         state = np.zeros(5)
-        self.pars[leg, 0] = self.pars[leg, 8] = 0.0
+        self.pars[leg, 11] = 0.0
         self.pars[leg, 4:6] = self._foot(leg, state) if waits else 0.0
         self.pars[leg, 6:8] = 0.0, 2.0 * _FAR
         self.pars[leg, 10] = self.ground if waits else -_FAR
@@ -192,8 +195,10 @@ class _Walk:
     def _step(self) -> None:
         taylor = self.taylor
         end = np.inf if self.walker.event_driven else np.floor(taylor.time + _SAME) + 1.0
-        self.ended = False
+        self.ended, events = False, len(self.events)
         while not self.ended:
+            if len(self.events) > events + 100 or taylor.time > 1e3:
+                raise ArithmeticError("the step does not end")
             due = self._clock()
             until = min([end, taylor.time + 50.0, *(event[0] for event in due[:1])])
             if self._advance(until):

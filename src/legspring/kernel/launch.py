@@ -12,9 +12,9 @@ from legspring.kernel.walker import (
     ARM_Y,
     BEGUN,
     CLOCK,
-    DOWN,
     EVENT_DRIVEN,
     FOOT_Y,
+    FORCE,
     GROUND,
     HIP_X,
     HIP_Y,
@@ -142,7 +142,8 @@ def launch(w: Walker, start: Floats) -> None:
             events = True
     measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
     for i in range(w.contacts.shape[0]):
-        if w.contacts[i, DOWN] != 0.0 and w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:
+        # A leg that the clock lifts stands until then, whatever its force.
+        if w.contacts[i, WATCHED] == FORCE and w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:
             raise_leg(w.legs, i, w.contacts)
     if events:
         prepare_events(w)
