@@ -85,7 +85,7 @@ def _about(units: str, name: str) -> dict[str, str]:
 def _legs(
     setting: Setting, tape: Tape, s: Floats, y: Floats, index: NDArray[np.intp]
 ) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
-    """Feet, lengths and forces of the legs; missing in swing, where the force is zero."""
+    """Feet, lengths and forces of the legs, missing in swing, where the force is zero; and the moment of all."""
     stance = tape.stance[index, :, :, 0]
     down = tape.down[index] != 0.0
     cosine, sine = np.cos(y[:, 4, None]), np.sin(y[:, 4, None])
@@ -99,13 +99,18 @@ def _legs(
     with np.errstate(divide="ignore", invalid="ignore"):
         pull = np.where(down, stance[:, :, SPRING] * (length - free) / (setting.weight * length), 0.0)
     missing = np.where(down, 1.0, np.nan)
+    force = pull[..., None] * reach
+    arm = foot - y[:, None, :2]
+    moment = np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0], axis=1)
+    weight = setting.animal.body.mass * setting.animal.gravity
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
         "hip": (("time", "leg", "axis"), y[:, None, :2] + hips, _about("m", "hip")),
         "foot": (("time", "leg", "axis"), foot * missing[..., None], _about("m", "foot in stance")),
         "leg_length": (("time", "leg"), length * missing, _about("m", "length of the leg in stance")),
         "free_length": (("time", "leg"), free * missing, _about("m", "force-free length in stance")),
-        "force": (("time", "leg", "axis"), pull[..., None] * reach, _about("m g", "force on the body")),
+        "force": (("time", "leg", "axis"), force, _about("m g", "force on the body")),
+        "moment": (("time",), weight * moment, _about("N m", "moment of all legs about the centre of mass")),
     }
 
 
@@ -175,7 +180,7 @@ def simulate(
     -------
     xarray.Dataset
         Time series over time, leg and axis (lateral, fore_aft) of position, velocity, yaw, feet, leg lengths,
-        force-free lengths and forces (in m g), and the events.
+        force-free lengths and forces (in m g), the moment of all legs about the centre of mass, and the events.
 
     Raises
     ------

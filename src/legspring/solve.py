@@ -2,10 +2,10 @@
 
 Why this is complete: right after touch-down the force of a leg has the sign of the rate of its gap,
 
-    d(|r| - l)/dt = -v cos(beta - heading) + ldev (pi/t_des) cos(phi),
+    d(|r| - l)/dt = -v cos(beta - heading) - theta' (dx cos(beta) + dy sin(beta)) + ldev (pi/t_des) cos(phi),
 
-so that the leg's function bounds the cosine of its phase: all gaits of a body that does not yaw, at initial speeds
-within `SPEED_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box, and
+so that the leg's function bounds the cosine of its phase: all gaits at initial speeds within `SPEED_RANGE` and yaw rates
+within `YAW_RANGE` lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box, and
 may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
 until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
 nothing else.
@@ -171,6 +171,7 @@ class Problem:
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait."""
         setting, fastest = self.setting, SPEED_RANGE[1] * self.setting.step_length
+        spin = YAW_RANGE[1] if setting.rows == 6 else 0.0
         bound = np.full(len(setting.actuation), -1.0)
         for leg, pair, side, offset in zip(
             setting.animal.legs, setting.animal.pair_of, setting.side, setting.offset, strict=True
@@ -178,7 +179,9 @@ class Problem:
             if offset == 0.0 and setting.actuation[pair] > 0.0:
                 along = side * math.cos(leg.angle - self.heading)
                 speed = fastest if along < 0.0 else SPEED_RANGE[0] * setting.step_length
-                bound[pair] = along * speed / (math.pi * setting.actuation[pair]) - SLACK
+                lever = leg.hip[0] * math.cos(leg.angle) + leg.hip[1] * math.sin(leg.angle)
+                rate = along * speed - abs(lever) * spin
+                bound[pair] = rate / (math.pi * setting.actuation[pair]) - SLACK
         bound[bound > 1.0] = math.nan
         return np.arccos(np.clip(bound, -1.0, 1.0))
 
