@@ -4,9 +4,9 @@ Why this is complete: right after touch-down the force of a leg has the sign of 
 
     d(|r| - l)/dt = -v cos(beta - heading) - theta' (dx cos(beta) + dy sin(beta)) + ldev (pi/t_des) cos(phi),
 
-so that the leg's function bounds the cosine of its phase: all gaits at initial speeds within `SPEED_RANGE` and yaw rates
-within `YAW_RANGE` lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box, and
-may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
+so that the leg's function bounds the cosine of its phase: all gaits at initial speeds within `SPEED_RANGE`, and yaw
+rates within `YAW_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box,
+and may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
 until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
 nothing else.
 """
@@ -23,8 +23,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
+from legspring.kernel.newton import gait_conditions
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
+from legspring.returnmap import Direction, Start, flow, jets
 from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle, checked_slope
 
 STARTS = 96
@@ -236,6 +238,28 @@ class Problem:
         )
         return Solutions(self.wrapped(z), endings, residuals, squares, steps)
 
+    def conditions(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return what is left of a gait's conditions at z, ``(size,)``, and its derivatives, ``(size, size)``.
+
+        Raises
+        ------
+        legspring.returnmap.IntegrationError
+            If the step cannot be simulated.
+        """
+        setting, n = self.setting, len(self.setting.animal.pairs)
+        yaw, yaw_rate = (z[n + 1], z[n + 2] / setting.step_duration) if setting.rows == 6 else (0.0, 0.0)
+        start = Start(z[0] * setting.desired_speed, self.heading, yaw=yaw, yaw_rate=yaw_rate)
+        along: list[Direction] = ["speed", *(("phase", pair) for pair in setting.animal.pairs)]
+        along += ["yaw", "yaw_rate", "turn"] if setting.rows == 6 else []
+        y = flow(setting, z[1 : n + 1], start, along=along, accuracy=TIGHT)[0].y
+        start_jet = jets(setting, z[1 : n + 1], start, along)[2]
+        residual, jacobian = gait_conditions(y, start_jet, setting.step_length)
+        jacobian[:, 0] *= setting.step_length
+        if setting.rows == 6:
+            # A gait that starts with more yaw has turned twice as much more in the step before.
+            jacobian[:, n + 1] += 2.0 * jacobian[:, -1]
+        return residual, jacobian[:, : self.size]
+
     def wrapped(self, z: Floats) -> Floats:
         """Return the same unknowns with phases in (-pi, pi]."""
         phases = slice(1, 1 + len(self.setting.animal.pairs))
@@ -267,21 +291,24 @@ class Problem:
         # The last digits may not be had; what counts is that the conditions are met.
         if not found.residuals[0] < 100.0 * GOAL:
             return None, squares
+        return self.candidate(fine, float(found.residuals[0])), squares
+
+    def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
+        """Return unknowns in the form of a gait, whether they are one or not."""
         setting, n = self.setting, len(self.setting.animal.pairs)
-        yaw, yaw_rate = (float(fine[n + 1]), float(fine[n + 2])) if setting.rows == 6 else (0.0, 0.0)
-        gait = Gait(
+        yaw, yaw_rate = (float(z[n + 1]), float(z[n + 2])) if setting.rows == 6 else (0.0, 0.0)
+        return Gait(
             animal=setting.animal,
             slope=setting.slope,
             heading=self.heading,
             family=self.family,
-            speed=float(fine[0] * setting.desired_speed),
-            phase=tuple(float(angle) for angle in fine[1 : n + 1]),
+            speed=float(z[0] * setting.desired_speed),
+            phase=tuple(float(angle) for angle in z[1 : n + 1]),
             actuation=setting.actuation,
-            residual=float(found.residuals[0]),
+            residual=residual,
             yaw=yaw,
             yaw_rate=yaw_rate / setting.step_duration,
         )
-        return gait, squares
 
     def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
         """Tell gaits from solutions that are none; two rough solutions may prove to be one."""
