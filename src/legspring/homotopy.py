@@ -4,12 +4,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from legspring.gait import Gait, Invalid
 from legspring.kernel.walker import Floats
-from legspring.model import Animal, ModelError
+from legspring.model import Animal, Leg, ModelError
 from legspring.returnmap import IntegrationError
 from legspring.setting import checked_positive
 from legspring.solve import SAME, Problem
@@ -93,51 +95,30 @@ def walk(gait: Gait, path: Path, *, step: float = FIRST_STEP) -> Walk:
     places, gaits = [0.0], [_first(gait, path)]
     while places[-1] < 1.0:
         place = min(places[-1] + step, 1.0)
-        found = _next(places, gaits, path, place)
-        if isinstance(found, tuple):
-            if step <= SHORTEST_STEP:
-                return Walk(tuple(places), tuple(gaits), *found)
+        try:
+            problem = Problem(path(place), gait.slope, gait.heading, gait.family)
+        except ModelError as error:
+            return Walk(tuple(places), tuple(gaits), Loss.NO_ANIMAL, str(error))
+        expected = _expected(problem, places, gaits, place)
+        found, distance = _near(problem, expected)
+        why = found.invalid() if found else None
+        if found and not why:
+            places.append(place)
+            gaits.append(found)
+            step = min(2.0 * step, LONGEST_STEP) if distance < EASY else step
+        elif step > SHORTEST_STEP:
             step = max(0.5 * min(step, place - places[-1]), SHORTEST_STEP)
-            continue
-        gait, distance = found.gait, found.distance
-        places.append(place)
-        gaits.append(gait)
-        step = min(2.0 * step, LONGEST_STEP) if distance < EASY else step
+        else:
+            return Walk(tuple(places), tuple(gaits), *(why or _why_lost(problem, places, gaits, expected)))
     return Walk(tuple(places), tuple(gaits))
-
-
-@dataclass(frozen=True)
-class _Found:
-    """A gait and its distance from where it was expected."""
-
-    gait: Gait
-    distance: float
 
 
 def _first(gait: Gait, path: Path) -> Gait:
     problem = Problem(path(0.0), gait.slope, gait.heading, gait.family)
-    near = problem.unknowns(gait)
-    same, _ = problem.gait_near(near)
-    if same is None or float(np.max(np.abs(problem.wrapped(problem.unknowns(same) - near)))) > SAME:
+    same, distance = _near(problem, problem.unknowns(gait))
+    if same is None or distance > SAME:
         raise ValueError(f"path(0) = {path(0.0).name!r}: must be an animal that has the gait to be followed")
     return same
-
-
-def _next(places: list[float], gaits: list[Gait], path: Path, place: float) -> _Found | tuple[Loss | Invalid, str]:
-    """Look for the gait at the next place, or say why there is none."""
-    last = gaits[-1]
-    try:
-        problem = Problem(path(place), last.slope, last.heading, last.family)
-    except ModelError as error:
-        return Loss.NO_ANIMAL, str(error)
-    expected = _expected(problem, places, gaits, place)
-    gait, _ = problem.gait_near(expected)
-    distance = math.inf if gait is None else _distance(problem, gait, expected)
-    if gait is None or distance > AWAY:
-        return _why_lost(problem, places, gaits, expected)
-    if (reason := gait.invalid()) is not None:
-        return reason
-    return _Found(gait, distance)
 
 
 def _expected(problem: Problem, places: list[float], gaits: list[Gait], place: float) -> Floats:
@@ -149,12 +130,17 @@ def _expected(problem: Problem, places: list[float], gaits: list[Gait], place: f
     return last + share * problem.wrapped(last - problem.unknowns(gaits[-2]))
 
 
-def _distance(problem: Problem, gait: Gait, expected: Floats) -> float:
-    return float(np.max(np.abs(problem.wrapped(problem.unknowns(gait) - expected))))
+def _near(problem: Problem, expected: Floats) -> tuple[Gait | None, float]:
+    """Return the solution near what is expected, if there is one, and how far from it it is."""
+    found, _ = problem.gait_near(expected)
+    if found is None:
+        return None, math.inf
+    distance = float(np.max(np.abs(problem.wrapped(problem.unknowns(found) - expected))))
+    return (found if distance < AWAY else None), distance
 
 
 def _why_lost(problem: Problem, places: list[float], gaits: list[Gait], expected: Floats) -> tuple[Loss, str]:
-    """Say why there is no solution where one is expected; what is said holds if the step was a shortest one."""
+    """Say why there is no solution a shortest step ahead."""
     if _fold_ahead(places, gaits):
         return Loss.FOLD, ""
     try:
@@ -185,10 +171,28 @@ def _determinant(gait: Gait) -> float:
     return float(np.linalg.det(problem.conditions(problem.unknowns(gait))[1]))
 
 
-def straight(first: Animal, last: Animal) -> Path:
-    """Return the straight path from one animal to another: hips, nominal feet, stiffness, actuation and 1/inertia.
+def with_hips(animal: Animal, hips: ArrayLike, **changes: Any) -> Animal:
+    """Return an animal with other hips, and its nominal feet where they are: those of legs of length l0 at angle beta.
 
-    A body whose yaw is held is one of infinite inertia. The feet are those of legs of nominal length at their angle.
+    Parameters
+    ----------
+    animal
+        The animal.
+    hips
+        ``(P, 2)``: to the right and forward of the centre of mass, m, for the leg of each pair that is put down first.
+    **changes
+        What else is to change, as in `Animal.replace`.
+    """
+    places = np.array(hips, dtype=float)
+    reach = _feet(animal) - places
+    length, angle = np.hypot(*reach.T), np.arctan2(-reach[:, 0], reach[:, 1])
+    return animal.replace(hip=places.tolist(), length=length.tolist(), angle=angle.tolist(), **changes)
+
+
+def straight(first: Animal, last: Animal) -> Path:
+    """Return the straight path from one animal to another: hips, stiffness, actuation and 1/inertia change.
+
+    A body whose yaw is held is one of infinite inertia.
 
     Raises
     ------
@@ -196,51 +200,50 @@ def straight(first: Animal, last: Animal) -> Path:
         If the animals differ in anything else but their names.
     """
     own = {"name", "source", "body", "legs"}
-    fixed = [name for name in Animal.model_fields if name not in own and getattr(first, name) != getattr(last, name)]
-    fixed += ["mass"] if first.body.mass != last.body.mass else []
-    fixed += ["legs"] if _names(first) != _names(last) else []
-    if fixed:
-        raise ValueError(f"{first.name!r} and {last.name!r} differ in {', '.join(fixed)}: must be alike in it")
-    start, end = _geometry(first), _geometry(last)
+    other = [name for name in Animal.model_fields if name not in own and getattr(first, name) != getattr(last, name)]
+    other += ["mass"] if first.body.mass != last.body.mass else []
+    other += ["legs"] if _names(first) != _names(last) else []
+    other += ["feet"] if not np.allclose(_feet(first), _feet(last), rtol=0.0, atol=1e-9) else []
+    if other:
+        raise ValueError(f"{first.name!r} and {last.name!r} differ in {', '.join(other)}: must be alike in it")
 
     def animal(s: float) -> Animal:
         if s in (0.0, 1.0):
             return last if s else first
-        between = {name: (1.0 - s) * start[name] + s * end[name] for name in start}
-        reach = between["foot"] - between["hip"]
-        yields = (1.0 - s) * _yielding(first) + s * _yielding(last)
-        return last.replace(
-            yaw="free" if yields else "held",
-            inertia=1.0 / yields if yields else last.body.inertia,
-            hip=between["hip"].tolist(),
-            length=np.hypot(*reach.T).tolist(),
-            angle=np.arctan2(-reach[:, 0], reach[:, 1]).tolist(),
-            stiffness=between["stiffness"].tolist(),
-            actuation=between["actuation"].tolist(),
+        hips, stiffness, actuation, yielding = (
+            (1.0 - s) * start + s * end for start, end in zip(_varied(first), _varied(last), strict=True)
+        )
+        return with_hips(
+            last,
+            hips,
+            yaw="free" if yielding else "held",
+            inertia=float(1.0 / yielding) if yielding else last.body.inertia,
+            stiffness=stiffness.tolist(),
+            actuation=actuation.tolist(),
         )
 
     return animal
 
 
+def _varied(animal: Animal) -> tuple[Floats, Floats, Floats, Floats]:
+    """Hips, stiffness and actuation of each pair, and 1/inertia (0 where the yaw is held)."""
+    body, legs = animal.body, _first_legs(animal)
+    yielding = 1.0 / body.inertia if body.yaw == "free" and body.inertia else 0.0
+    hips, stiffness = [leg.hip for leg in legs], [leg.stiffness for leg in legs]
+    return np.array(hips), np.array(stiffness), np.array(animal.actuation), np.array(yielding)
+
+
+def _feet(animal: Animal) -> Floats:
+    """Nominal foot of the first leg of each pair, in the body, ``(P, 2)``, m."""
+    legs = _first_legs(animal)
+    length, angle = np.array([leg.length for leg in legs]), np.array([leg.angle for leg in legs])
+    return np.array([leg.hip for leg in legs]) + np.stack([-length * np.sin(angle), length * np.cos(angle)], axis=1)
+
+
+def _first_legs(animal: Animal) -> list[Leg]:
+    """Return the leg of each pair that is put down first."""
+    return [min((leg for leg in animal.legs if leg.pair == pair), key=lambda leg: leg.offset) for pair in animal.pairs]
+
+
 def _names(animal: Animal) -> list[tuple[str, str, float]]:
     return [(leg.name, leg.pair, leg.offset) for leg in animal.legs]
-
-
-def _yielding(animal: Animal) -> float:
-    """1/inertia, 1/(kg m^2); 0 where the yaw is held."""
-    inertia = animal.body.inertia
-    return 1.0 / inertia if animal.body.yaw == "free" and inertia else 0.0
-
-
-def _geometry(animal: Animal) -> dict[str, Floats]:
-    """Of the first leg of each pair: hip, nominal foot (``(P, 2)``, m), stiffness and actuation."""
-    legs = [min((leg for leg in animal.legs if leg.pair == pair), key=lambda leg: leg.offset) for pair in animal.pairs]
-    foot = [
-        (leg.hip[0] - leg.length * math.sin(leg.angle), leg.hip[1] + leg.length * math.cos(leg.angle)) for leg in legs
-    ]
-    return {
-        "hip": np.array([leg.hip for leg in legs]),
-        "foot": np.array(foot),
-        "stiffness": np.array([leg.stiffness for leg in legs]),
-        "actuation": np.array([leg.actuation for leg in legs]),
-    }
