@@ -95,13 +95,7 @@ def walk(gait: Gait, path: Path, *, step: float = FIRST_STEP) -> Walk:
     places, gaits = [0.0], [_first(gait, path)]
     while places[-1] < 1.0:
         place = min(places[-1] + step, 1.0)
-        try:
-            problem = Problem(path(place), gait.slope, gait.heading, gait.family)
-        except ModelError as error:
-            return Walk(tuple(places), tuple(gaits), Loss.NO_ANIMAL, str(error))
-        expected = _expected(problem, places, gaits, place)
-        found, distance = _near(problem, expected)
-        why = found.invalid() if found else None
+        found, distance, why = _look(path, place, places, gaits)
         if found and not why:
             places.append(place)
             gaits.append(found)
@@ -109,16 +103,32 @@ def walk(gait: Gait, path: Path, *, step: float = FIRST_STEP) -> Walk:
         elif step > SHORTEST_STEP:
             step = max(0.5 * min(step, place - places[-1]), SHORTEST_STEP)
         else:
-            return Walk(tuple(places), tuple(gaits), *(why or _why_lost(problem, places, gaits, expected)))
+            return Walk(tuple(places), tuple(gaits), *(why or _why_lost(path, place, places, gaits)))
     return Walk(tuple(places), tuple(gaits))
 
 
 def _first(gait: Gait, path: Path) -> Gait:
-    problem = Problem(path(0.0), gait.slope, gait.heading, gait.family)
+    problem = _problem(path, 0.0, gait)
     same, distance = _near(problem, problem.unknowns(gait))
     if same is None or distance > SAME:
         raise ValueError(f"path(0) = {path(0.0).name!r}: must be an animal that has the gait to be followed")
     return same
+
+
+def _look(
+    path: Path, place: float, places: list[float], gaits: list[Gait]
+) -> tuple[Gait | None, float, tuple[Loss | Invalid, str] | None]:
+    """Return the solution at a place where it is expected, its distance from that, and what is wrong with it."""
+    try:
+        problem = _problem(path, place, gaits[-1])
+    except ModelError as error:
+        return None, math.inf, (Loss.NO_ANIMAL, str(error))
+    found, distance = _near(problem, _expected(problem, places, gaits, place))
+    return found, distance, found.invalid() if found else None
+
+
+def _problem(path: Path, place: float, gait: Gait) -> Problem:
+    return Problem(path(place), gait.slope, gait.heading, gait.family)
 
 
 def _expected(problem: Problem, places: list[float], gaits: list[Gait], place: float) -> Floats:
@@ -139,8 +149,10 @@ def _near(problem: Problem, expected: Floats) -> tuple[Gait | None, float]:
     return (found if distance < AWAY else None), distance
 
 
-def _why_lost(problem: Problem, places: list[float], gaits: list[Gait], expected: Floats) -> tuple[Loss, str]:
+def _why_lost(path: Path, place: float, places: list[float], gaits: list[Gait]) -> tuple[Loss, str]:
     """Say why there is no solution a shortest step ahead."""
+    problem = _problem(path, place, gaits[-1])
+    expected = _expected(problem, places, gaits, place)
     if _fold_ahead(places, gaits):
         return Loss.FOLD, ""
     try:
