@@ -194,10 +194,10 @@ class Gait:
         """Largest and smallest sum of the legs' forces (lateral, fore-aft) during a step, in units of m g."""
         return net_force(self.setting, self.tape)
 
-    @cached_property
+    @property
     def yaw_amplitude(self) -> float:
         """Largest yaw to either side, rad, among the samples of `simulate`; 0 where the yaw is held."""
-        return float(abs(self._step["yaw"]).max()) if self.setting.rows == 6 else 0.0
+        return self._turning[0]
 
     @property
     def peak_moment(self) -> float:
@@ -205,12 +205,13 @@ class Gait:
 
         Where the yaw is held, it is what holding takes.
         """
-        return float(abs(self._step["moment"]).max())
+        return self._turning[1]
 
     @cached_property
-    def _step(self) -> "xr.Dataset":
-        """One step; the next one mirrors it."""
-        return self.simulate(strides=0.5)
+    def _turning(self) -> tuple[float, float]:
+        from legspring.simulation import turning
+
+        return turning(self.setting, self.tape)
 
     def recover(self, impulse: float) -> Recovery:
         """Push the gait sideways and see whether it comes back (model section 4).

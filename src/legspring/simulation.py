@@ -35,6 +35,23 @@ def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
     return out[:, :, 0], index
 
 
+def turning(setting: Setting, tape: Tape) -> tuple[float, float]:
+    """Largest yaw (rad) and largest moment about the centre of mass (N m), either way, in the first step of a tape.
+
+    Among as many samples as a simulation has.
+    """
+    s = np.linspace(0.0, 1.0, SAMPLES + 1)
+    y, index = states_at(tape, s)
+    y = _with_yaw(y)
+    _, moment, _ = _legs(setting, tape, s, y, index)["moment"]
+    return float(np.max(np.abs(y[:, 4]))), float(np.max(np.abs(moment)))
+
+
+def _with_yaw(y: Floats) -> Floats:
+    """Return states with yaw and yaw rate, zero where the yaw is held."""
+    return np.pad(y, ((0, 0), (0, 2))) if y.shape[1] == 4 else y
+
+
 def simulation(
     setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
 ) -> xr.Dataset:
@@ -45,8 +62,7 @@ def simulation(
     _, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
     s = np.linspace(0.0, steps, steps * SAMPLES + 1)
     y, index = states_at(tape, s)
-    if y.shape[1] == 4:
-        y = np.pad(y, ((0, 0), (0, 2)))
+    y = _with_yaw(y)
     rate = 1.0 / setting.step_duration
     return xr.Dataset(
         {
