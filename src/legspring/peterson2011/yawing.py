@@ -280,9 +280,18 @@ def _forces(bodies: Mapping[str, xr.Dataset]) -> str:
             "It never changes its sign: a back leg that pushes can only push inwards, with its foot on its own side, "
             "wherever its hip is. "
         )
-    gained, of_yaw = far["point mass, published"] - far["hips, yaw held"], far["hips, yaw held"] - far["hips and yaw"]
-    whose = "the hips" if abs(gained) > abs(of_yaw) else "the yaw"
-    return text + f"What brings it nearer is above all {whose}: {gained:+.2f} by the hips, {of_yaw:+.2f} by the yaw."
+    changes = {
+        "where the hips are": far["point mass, published"] - far["hips, yaw held"],
+        "the yaw": far["hips, yaw held"] - far["hips and yaw"],
+    }
+    parts = (f"{what} makes it {abs(by):.2f} {'nearer' if by > 0.0 else 'farther'}" for what, by in changes.items())
+    text += f"Against the published gaits, {'; then '.join(parts)}. "
+    front = {name: float(outside(gaits).sel(leg="F", axis="lateral")) for name, gaits in bodies.items()}
+    change = front["hips and yaw"] - front["point mass, published"]
+    return text + (
+        f"The front legs' lateral force {'pays for it' if change > 0.0 else 'gains as well'}: it misses by "
+        f"{front['hips and yaw']:.2f} instead of {front['point mass, published']:.2f}."
+    )
 
 
 def outside(gaits: xr.Dataset) -> xr.DataArray:

@@ -119,6 +119,7 @@ def _ranges(axes: Axes, ranges: xr.Dataset) -> None:
     """Draw the ranges of one force: measured ones as wide bars, the others side by side within them."""
     slopes, names = ranges["slope_deg"].values, [str(name) for name in ranges.data_vars if name != "measured"]
     axes.axhline(0.0, color=GRAY, linewidth=0.6)
+    axes.use_sticky_edges = False
     for number, name in enumerate(["measured", *names]):
         low, high = (ranges[name].sel(extreme=extreme).values for extreme in ("min", "max"))
         look: dict[str, Any] = {"width": BAR, "color": "0.85", "label": name}
