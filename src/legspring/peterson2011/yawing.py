@@ -238,8 +238,8 @@ def _hips(yawing: xr.Dataset, hips: xr.Dataset) -> str:
     return (
         f"Much depends on where the hips are. On average they are {middle:g} mm before the centre of mass. Moved back "
         f"by {float(best['back']):g} mm, the feet staying where they are, {int(best['stable'])} of "
-        f"{int(best['cells'])} cells with a gait have a stable one, though nothing else has changed. Far less or more "
-        f"does not help."
+        f"{int(best['cells'])} cells with a gait have a stable one, though nothing else has changed. Moving "
+        f"them less or more makes fewer stable."
     )
 
 
