@@ -96,6 +96,16 @@ def test_gaits_as_a_table(gait: ls.Gait) -> None:
     assert max(map(len, shown.splitlines()[:8])) <= 80
 
 
+def test_gaits_of_a_body_that_yaws() -> None:
+    steep = ("gaits", "cockroach_rigid", "--slope", "90", "--heading", "0.4")
+    (first, *_) = records(*steep)
+    assert 0.0 < abs(first["yaw"]) <= first["yaw_amplitude"] < 0.2
+    assert first["yaw_rate"] != 0.0 and first["peak_moment"] > 0.0
+    shown = run(*steep).stdout.splitlines()
+    assert f" {first['yaw_amplitude']:.3f} " in shown[5]
+    assert "branch family" in shown[3] and max(map(len, shown[:8])) <= 80, "columns are neither cut nor too wide"
+
+
 def test_where_there_is_no_gait_the_list_is_empty_and_the_reason_is_said() -> None:
     assert records("gaits", "cockroach", *NO_GAIT) == []
     assert records("gaits", "cockroach", *HERE, "--family", "A") == []
@@ -224,7 +234,7 @@ def test_what_json_cannot_hold() -> None:
 
 
 BAD = {
-    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': must be a preset (cockroach) or a TOML file",
+    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': must be a preset (cockroach, cockroach_rigid) or a",
     "gaits nowhere.toml --slope 45 --heading 0.1": "nowhere.toml: No such file or directory",
     "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': must be a number",
     "gaits cockroach --slope 100 --heading 0.1": "slope_deg = 100.0: must be a finite angle from -90 to 90",
@@ -299,7 +309,7 @@ def test_a_mistake_in_a_file_is_one_line(tmp_path: Path) -> None:
 def test_the_program_reports_errors_by_its_exit_status() -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM, "gaits", "roach", *HERE], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "legspring: no animal 'roach': must be a preset (cockroach) or a TOML file\n"
+    assert done.stderr == "legspring: no animal 'roach': must be a preset (cockroach, cockroach_rigid) or a TOML file\n"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")

@@ -80,6 +80,29 @@ def test_maps_have_the_derivatives_of_their_states(thesis_map: Cells) -> None:
         assert jacobian[:, 0] == pytest.approx((ahead - behind) / (2.0 * speed), abs=1e-5)
 
 
+def test_maps_of_a_body_that_yaws_have_the_derivatives_of_their_states(rigid_map: Cells) -> None:
+    gait = rigid_map[60, 0.15][0]
+    t_des, length = gait.setting.step_duration, gait.setting.step_length
+    home = np.array([gait.speed, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate, 2.0 * gait.yaw])
+    units = np.array([1.0 / t_des, 1.0, 1.0, 1.0, 1.0, 1.0 / t_des, 1.0])
+
+    def complete(h: np.ndarray) -> Start:
+        speed, heading, dx, dy, yaw, yaw_rate, turn = home + h * units
+        return Start(speed, heading, (dx, dy), yaw, yaw_rate, turn)
+
+    def reduced(h: np.ndarray) -> Start:
+        # The old feet are those of a body that had the opposite yaw, and moved straight ahead.
+        changed = home[[0, 1, 4, 5]] + h * units[[0, 1, 4, 5]]
+        return Start(changed[0], changed[1], yaw=changed[2], yaw_rate=changed[3])
+
+    for which, start, size in ((complete_map, complete, 7), (reduced_map, reduced, 4)):
+        _, jacobian = which(gait.setting, gait.phase, gait.start, accuracy=TIGHT)
+        assert jacobian.shape == (size, size)
+        for column, h in enumerate(1e-6 * np.eye(size)):
+            ahead, behind = (which(gait.setting, gait.phase, start(d), accuracy=1e-13)[0] for d in (h, -h))
+            assert jacobian[:, column] == pytest.approx((ahead - behind) / 2e-6, rel=1e-5, abs=1e-5)
+
+
 def test_a_body_that_yaws_has_a_larger_state(roach: Animal) -> None:
     free = roach.replace(yaw="free", inertia=2.04e-7)
     setting = Setting(free, math.radians(45), free.functions("B"))

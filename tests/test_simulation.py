@@ -40,6 +40,35 @@ def test_forces_are_those_that_accelerate_the_body(thesis_map: Cells) -> None:
     assert acceleration[inner] == pytest.approx(force[inner], abs=0.02 * np.abs(force).max())
 
 
+def test_the_moment_is_that_of_the_legs(rigid_map: Cells) -> None:
+    gait = rigid_map[30, 0.15][0]
+    data = gait.simulate(strides=1)
+    arm = (data.foot - data.position).fillna(0.0)
+    parts = arm.sel(axis="lateral") * data.force.sel(axis="fore_aft") - arm.sel(axis="fore_aft") * data.force.sel(
+        axis="lateral"
+    )
+    weight = gait.animal.body.mass * gait.animal.gravity
+    assert data.moment.values == pytest.approx(weight * parts.sum("leg").values, abs=1e-15)
+    assert data.moment.attrs["units"] == "N m"
+
+
+def test_a_start_with_yaw(rigid_map: Cells) -> None:
+    gait = rigid_map[60, 0.15][0]
+    data = ls.simulate(
+        gait.animal,
+        slope_deg=60,
+        heading=0.15,
+        speed=gait.speed,
+        phase=gait.phase,
+        family=gait.family,
+        yaw=gait.yaw,
+        yaw_rate=gait.yaw_rate,
+        strides=0.5,
+    )
+    np.testing.assert_allclose(data.yaw, gait.simulate(0.5).yaw, rtol=0, atol=1e-9)
+    assert data.yaw.values[-1] == pytest.approx(-gait.yaw, abs=1e-8)
+
+
 def test_a_gait_repeats_itself(thesis_map: Cells) -> None:
     gait = thesis_map[60, 0.15][0]
     data = gait.simulate(strides=3)

@@ -144,38 +144,64 @@ def test_solutions_that_prove_to_be_one_count_once(roach: Animal, thesis_map: Ce
     assert (len(gaits), len(rejections)) == (1, 0)
 
 
-def test_a_rigid_body_runs_too(roach: Animal) -> None:
-    rigid = roach.replace(
-        yaw="free",
-        inertia=2.04e-7,
-        hip=[(-0.0035, 0.014), (0.0035, 0.007), (-0.0035, 0.0)],
-        length=[0.0180, 0.0195, 0.0161],
-        angle_deg=[33.7, -66.0, 126.0],
-        actuation=[0.0090, 0.00975, 0.00805],
-    )
-    gaits = find_gaits(rigid, slope_deg=0, heading=0.15)
-    assert gaits
+def test_a_rigid_body_runs_too(rigid_map: Cells) -> None:
+    gaits = [gait for here in rigid_map.values() for gait in here]
+    assert len(gaits) > len(rigid_map) and sum(bool(here) for here in rigid_map.values()) >= 15
     for gait in gaits:
-        assert gait.residual < 1e-10
-        assert gait.yaw != 0.0
+        assert gait.residual < 1e-10 and gait.drift < 1e-7
+        assert gait.invalid() is None
         state, jacobian = complete_map(gait.setting, gait.phase, gait.start)
         t_des = gait.setting.step_duration
         speed, length = gait.speed * t_des, gait.setting.step_length
         home = [speed, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate * t_des, 2.0 * gait.yaw]
         assert state == pytest.approx(home, abs=1e-9)
         assert jacobian.shape == (7, 7)
-        # On the level nothing knows the direction: a turned gait stays turned.
-        assert np.min(np.abs(gait.multipliers - 1.0)) < 1e-6
-        run = gait.simulate(strides=1)
-        assert run.yaw.values[100] == pytest.approx(-gait.yaw, abs=1e-8)
-        assert run.yaw.values[200] == pytest.approx(gait.yaw, abs=1e-8)
-        assert gait.recover(0.01).distance.shape == (101,)
 
 
-def test_phases_of_gaits_lie_in_the_box_searched(roach: Animal, thesis_map: Cells) -> None:
-    for (slope, heading), gaits in thesis_map.items():
+def test_steps_of_a_rigid_body_mirror_each_other(rigid_map: Cells) -> None:
+    gait = rigid_map[30, 0.15][0]
+    run = gait.simulate(strides=1)
+    first, second = run.isel(time=slice(0, 101)), run.isel(time=slice(100, 201))
+    for name, sign in (("yaw", -1.0), ("yaw_rate", -1.0), ("moment", -1.0)):
+        np.testing.assert_allclose(second[name].values, sign * first[name].values, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(second["velocity"].values, first["velocity"].values * [-1.0, 1.0], rtol=0, atol=1e-9)
+    assert gait.yaw_amplitude == pytest.approx(float(abs(run["yaw"]).max()), rel=1e-9)
+    assert gait.yaw_amplitude >= abs(gait.yaw)
+    assert gait.peak_moment == pytest.approx(float(abs(run["moment"]).max()), rel=1e-9)
+    # What turns the body is the moment.
+    turning = gait.animal.body.inertia * np.gradient(run["yaw_rate"].values, run["time"].values, edge_order=2)
+    assert turning == pytest.approx(run["moment"].values, abs=0.04 * gait.peak_moment)
+
+
+def test_on_the_level_a_turned_gait_stays_turned(rigid_map: Cells) -> None:
+    for heading in (0.05, 0.15, 0.3):
+        for gait in rigid_map[0, heading]:
+            assert np.min(np.abs(gait.multipliers - 1.0)) < 1e-6
+
+
+def test_a_body_that_does_not_yaw_says_so(thesis_map: Cells) -> None:
+    gait = thesis_map[45, 0.15][0]
+    assert (gait.yaw, gait.yaw_rate, gait.yaw_amplitude) == (0.0, 0.0, 0.0)
+    # The point mass's legs pull at its centre.
+    assert gait.peak_moment < 1e-15
+
+
+def test_derivatives_of_the_conditions(thesis_map: Cells, rigid_map: Cells) -> None:
+    for gait in (thesis_map[60, 0.15][0], rigid_map[60, 0.15][0]):
+        problem = Problem(gait.animal, gait.slope, gait.heading, gait.family)
+        z = problem.unknowns(gait)
+        residual, jacobian = problem.conditions(z)
+        assert np.max(np.abs(residual)) < 1e-10
+        assert jacobian.shape == (problem.size, problem.size)
+        for column, step in enumerate(1e-5 * np.eye(problem.size)):
+            change = (problem.conditions(z + step)[0] - problem.conditions(z - step)[0]) / 2e-5
+            assert jacobian[:, column] == pytest.approx(change, abs=1e-7)
+
+
+def test_phases_of_gaits_lie_in_the_box_searched(thesis_map: Cells, rigid_map: Cells) -> None:
+    for (slope, heading), gaits in [*thesis_map.items(), *rigid_map.items()]:
         for gait in gaits:
-            problem = Problem(roach, math.radians(slope), heading, gait.family, None)
+            problem = Problem(gait.animal, math.radians(slope), heading, gait.family, None)
             assert np.all(np.abs(gait.phase) <= problem.phase_range())
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 import legspring as ls
 from legspring.files import save_netcdf
-from legspring.sweep import LONG_NAMES, atlas
+from legspring.sweep import LONG_NAMES, YAW_NAMES, atlas
 from tests.conftest import Cells
 
 
@@ -41,6 +41,16 @@ def test_values_are_those_of_the_gaits(small: xr.Dataset, thesis_map: Cells) -> 
         assert cell.peak_force.sel(leg="M", axis="fore_aft").item() == pytest.approx(gait.peak_force[1, 1], abs=1e-9)
         assert cell.recovery_steps.sel(impulse=0.5).item() == gait.recover(0.5).steps
         assert cell.recovered.sel(impulse=0.5).item() == 1.0
+
+
+def test_a_body_that_yaws_has_more_to_say(rigid: ls.Animal) -> None:
+    maps = ls.atlas(rigid, slopes_deg=[25, 30], headings=[0.15, 0.2], impulses=())
+    assert set(maps.data_vars) == {*LONG_NAMES, *YAW_NAMES}
+    (gait, *_) = ls.find_gaits(rigid, slope_deg=30, heading=0.15)
+    cell = maps.sel(slope_deg=30, heading=0.15, branch=0)
+    for name, (units, _) in YAW_NAMES.items():
+        assert cell[name].item() == pytest.approx(getattr(gait, name), rel=1e-6)
+        assert maps[name].attrs["units"] == units
 
 
 def test_missing_where_there_is_no_gait(small: xr.Dataset) -> None:

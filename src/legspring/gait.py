@@ -221,6 +221,25 @@ class Gait:
         """Largest and smallest sum of the legs' forces (lateral, fore-aft) during a step, in units of m g."""
         return net_force(self.setting, self.tape)
 
+    @property
+    def yaw_amplitude(self) -> float:
+        """Largest yaw to either side, rad, among the samples of `simulate`; 0 where the yaw is held."""
+        return self._turning[0]
+
+    @property
+    def peak_moment(self) -> float:
+        """Largest moment of all legs about the centre of mass, either way, N m, among the samples of `simulate`.
+
+        Where the yaw is held, it is what holding takes.
+        """
+        return self._turning[1]
+
+    @cached_property
+    def _turning(self) -> tuple[float, float]:
+        from legspring.simulation import turning
+
+        return turning(self.setting, self.tape)
+
     def recover(self, impulse: float) -> Recovery:
         """Push the gait sideways and see whether it comes back (model section 4).
 

@@ -48,6 +48,8 @@ ATTRIBUTES = (
         "transport_cost",
         "work",
         "peak_force",
+        "yaw_amplitude",
+        "peak_moment",
     ),
 )
 """What is said about a gait in JSON; the net force is added in two parts."""
@@ -91,14 +93,16 @@ def print_gaits(search: "Search") -> None:
     from rich.table import Table
 
     first = search.gaits[0]
-    pairs = ", ".join(first.animal.pairs)
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), title_justify="left")
+    pairs, yaws = ", ".join(first.animal.pairs), first.animal.body.yaw == "free"
+    # One more column fits into 80 characters where columns are closer.
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 0 if yaws else 1, 0, 0), title_justify="left")
     table.title = f"{first.animal.name}: slope {first.slope_deg:g} deg, heading {first.heading:g} rad"
     for name in ("branch", "family"):
         table.add_column(name)
     for name in (
         "speed\n(m/s)",
         f"phase {pairs}\n(deg)",
+        *(["yaw\n(rad)"] if yaws else []),
         "reduced\neigenvalue",
         "largest\nmultiplier",
         "transport\ncost",
@@ -107,7 +111,8 @@ def print_gaits(search: "Search") -> None:
     for gait in search.gaits:
         phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in gait.phase)
         measures = (gait.reduced_eigenvalue, abs(gait.multipliers[0]), gait.transport_cost)
-        row = (str(gait.branch), gait.family, f"{gait.speed:.4f}", phases)
+        yaw = [f"{gait.yaw_amplitude:.3f}"] if yaws else []
+        row = (str(gait.branch), gait.family, f"{gait.speed:.4f}", phases, *yaw)
         table.add_row(*row, *(f"{measure:.4f}" for measure in measures))
     Console(highlight=False).print(table)
     for gait in search.gaits:

@@ -36,6 +36,23 @@ def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
     return out[:, :, 0], index
 
 
+def turning(setting: Setting, tape: Tape) -> tuple[float, float]:
+    """Largest yaw (rad) and largest moment about the centre of mass (N m), either way, in the first step of a tape.
+
+    Among as many samples as a simulation has.
+    """
+    s = np.linspace(0.0, 1.0, SAMPLES + 1)
+    y, index = states_at(tape, s)
+    y = _with_yaw(y)
+    _, moment, _ = _legs(setting, tape, s, y, index)["moment"]
+    return float(np.max(np.abs(y[:, 4]))), float(np.max(np.abs(moment)))
+
+
+def _with_yaw(y: Floats) -> Floats:
+    """Return states with yaw and yaw rate, zero where the yaw is held."""
+    return np.pad(y, ((0, 0), (0, 2))) if y.shape[1] == 4 else y
+
+
 def simulation(
     setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
 ) -> xr.Dataset:
@@ -46,8 +63,7 @@ def simulation(
     walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
     s = np.linspace(0.0, walker.clock[TIME], steps * SAMPLES + 1)
     y, index = states_at(tape, s)
-    if y.shape[1] == 4:
-        y = np.pad(y, ((0, 0), (0, 2)))
+    y = _with_yaw(y)
     rate = 1.0 / setting.step_duration
     return xr.Dataset(
         {
@@ -86,7 +102,7 @@ def _about(units: str, name: str) -> dict[str, str]:
 def _legs(
     setting: Setting, tape: Tape, s: Floats, y: Floats, index: NDArray[np.intp]
 ) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
-    """Feet, lengths and forces of the legs; missing in swing, where the force is zero."""
+    """Feet, lengths and forces of the legs, missing in swing, where the force is zero; and the moment of all."""
     stance = tape.stance[index, :, :, 0]
     down = tape.down[index] != 0.0
     cosine, sine = np.cos(y[:, 4, None]), np.sin(y[:, 4, None])
@@ -99,13 +115,18 @@ def _legs(
     with np.errstate(divide="ignore", invalid="ignore"):
         pull = np.where(down, force / (setting.weight * length), 0.0)
     missing = np.where(down, 1.0, np.nan)
+    force = pull[..., None] * reach
+    arm = foot - y[:, None, :2]
+    moment = np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0], axis=1)
+    weight = setting.animal.body.mass * setting.animal.gravity
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
         "hip": (("time", "leg", "axis"), y[:, None, :2] + hips, _about("m", "hip")),
         "foot": (("time", "leg", "axis"), foot * missing[..., None], _about("m", "foot in stance")),
         "leg_length": (("time", "leg"), length * missing, _about("m", "length of the leg in stance")),
         "free_length": (("time", "leg"), free * missing, _about("m", "force-free length in stance")),
-        "force": (("time", "leg", "axis"), pull[..., None] * reach, _about("m g", "force on the body")),
+        "force": (("time", "leg", "axis"), force, _about("m g", "force on the body")),
+        "moment": (("time",), weight * moment, _about("N m", "moment of all legs about the centre of mass")),
     }
 
 
@@ -176,7 +197,7 @@ def simulate(
     -------
     xarray.Dataset
         Time series over time, leg and axis (lateral, fore_aft) of position, velocity, yaw, feet, leg lengths,
-        force-free lengths and forces (in m g), and the events.
+        force-free lengths and forces (in m g), the moment of all legs about the centre of mass, and the events.
 
     Raises
     ------

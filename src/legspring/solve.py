@@ -2,11 +2,11 @@
 
 Why this is complete: right after touch-down the force of a leg has the sign of the rate of its gap,
 
-    d(|r| - l)/dt = -v cos(beta - heading) + ldev (pi/t_des) cos(phi),
+    d(|r| - l)/dt = -v cos(beta - heading) - theta' (dx cos(beta) + dy sin(beta)) + ldev (pi/t_des) cos(phi),
 
-so that the leg's function bounds the cosine of its phase: all gaits of a body that does not yaw, at initial speeds
-within `SPEED_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box, and
-may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
+so that the leg's function bounds the cosine of its phase: all gaits at initial speeds within `SPEED_RANGE`, and yaw
+rates within `YAW_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box,
+and may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
 until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
 nothing else.
 """
@@ -24,8 +24,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
+from legspring.kernel.newton import gait_conditions
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
+from legspring.returnmap import Direction, Start, flow, jets
 from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle, checked_slope
 
 STARTS = 96
@@ -266,6 +268,7 @@ class Problem(BaseProblem):
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait."""
         setting, fastest = self.setting, SPEED_RANGE[1] * self.setting.step_length
+        spin = YAW_RANGE[1] if setting.rows == 6 else 0.0
         bound = np.full(len(setting.actuation), -1.0)
         for leg, pair, side, offset in zip(
             setting.animal.legs, setting.animal.pair_of, setting.side, setting.offset, strict=True
@@ -273,7 +276,9 @@ class Problem(BaseProblem):
             if offset == 0.0 and setting.actuation[pair] > 0.0:
                 along = side * math.cos(leg.angle - self.heading)
                 speed = fastest if along < 0.0 else SPEED_RANGE[0] * setting.step_length
-                bound[pair] = along * speed / (math.pi * setting.actuation[pair]) - SLACK
+                lever = leg.hip[0] * math.cos(leg.angle) + leg.hip[1] * math.sin(leg.angle)
+                rate = along * speed - abs(lever) * spin
+                bound[pair] = rate / (math.pi * setting.actuation[pair]) - SLACK
         bound[bound > 1.0] = math.nan
         return np.arccos(np.clip(bound, -1.0, 1.0))
 
@@ -304,6 +309,28 @@ class Problem(BaseProblem):
         )
         return Solutions(self.wrapped(z), endings, residuals, squares, steps)
 
+    def conditions(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return what is left of a gait's conditions at z, ``(size,)``, and its derivatives, ``(size, size)``.
+
+        Raises
+        ------
+        legspring.returnmap.IntegrationError
+            If the step cannot be simulated.
+        """
+        setting, n = self.setting, len(self.setting.animal.pairs)
+        yaw, yaw_rate = (z[n + 1], z[n + 2] / setting.step_duration) if setting.rows == 6 else (0.0, 0.0)
+        start = Start(z[0] * setting.desired_speed, self.heading, yaw=yaw, yaw_rate=yaw_rate)
+        along: list[Direction] = ["speed", *(("phase", pair) for pair in setting.animal.pairs)]
+        along += ["yaw", "yaw_rate", "turn"] if setting.rows == 6 else []
+        y = flow(setting, z[1 : n + 1], start, along=along, accuracy=TIGHT)[0].y
+        start_jet = jets(setting, z[1 : n + 1], start, along)[2]
+        residual, jacobian = gait_conditions(y, start_jet, setting.step_length)
+        jacobian[:, 0] *= setting.step_length
+        if setting.rows == 6:
+            # A gait that starts with more yaw has turned twice as much more in the step before.
+            jacobian[:, n + 1] += 2.0 * jacobian[:, -1]
+        return residual, jacobian[:, : self.size]
+
     def wrapped(self, z: Floats) -> Floats:
         """Return the same unknowns with phases in (-pi, pi]."""
         phases = slice(1, 1 + len(self.setting.animal.pairs))
@@ -323,21 +350,24 @@ class Problem(BaseProblem):
         # The last digits may not be had; what counts is that the conditions are met.
         if not found.residuals[0] < 100.0 * GOAL:
             return None, squares
+        return self.candidate(fine, float(found.residuals[0])), squares
+
+    def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
+        """Return unknowns in the form of a gait, whether they are one or not."""
         setting, n = self.setting, len(self.setting.animal.pairs)
-        yaw, yaw_rate = (float(fine[n + 1]), float(fine[n + 2])) if setting.rows == 6 else (0.0, 0.0)
-        gait = Gait(
+        yaw, yaw_rate = (float(z[n + 1]), float(z[n + 2])) if setting.rows == 6 else (0.0, 0.0)
+        return Gait(
             animal=setting.animal,
             slope=setting.slope,
             heading=self.heading,
             family=self.family,
-            speed=float(fine[0] * setting.desired_speed),
-            phase=tuple(float(angle) for angle in fine[1 : n + 1]),
+            speed=float(z[0] * setting.desired_speed),
+            phase=tuple(float(angle) for angle in z[1 : n + 1]),
             actuation=setting.actuation,
-            residual=float(found.residuals[0]),
+            residual=residual,
             yaw=yaw,
             yaw_rate=yaw_rate / setting.step_duration,
         )
-        return gait, squares
 
 
 def hindmost(animal: Animal) -> int:

@@ -53,6 +53,19 @@ LONG_NAMES = {
     "recovered": ("1", "whether the gait came back after an impulse (0 or 1)"),
 }
 
+YAW_NAMES = {
+    "yaw": ("rad", "yaw at the start of a step"),
+    "yaw_rate": ("rad/s", "yaw rate at the start of a step"),
+    "yaw_amplitude": ("rad", "largest yaw to either side"),
+    "peak_moment": ("N m", "largest moment of all legs about the centre of mass"),
+}
+"""What is said in addition where the body yaws."""
+
+
+def names_of(animal: Animal) -> dict[str, tuple[str, str]]:
+    """Return units and words of what a map says of each gait, by name."""
+    return LONG_NAMES | (YAW_NAMES if animal.body.yaw == "free" else {})
+
 
 @dataclass
 class Cell:
@@ -173,7 +186,8 @@ def measured(gait: Gait, impulses: Sequence[float]) -> dict[str, Any]:
     """Return all of a gait's measures under the names that they have in an atlas."""
     high, low = gait.net_force
     recoveries = [gait.recover(impulse) for impulse in impulses]
-    return {
+    turning = {name: getattr(gait, name) for name in YAW_NAMES} if gait.animal.body.yaw == "free" else {}
+    return turning | {
         "family": gait.family,
         "speed": gait.speed,
         "phase": gait.phase,
@@ -225,7 +239,8 @@ def atlas(
     Returns
     -------
     xarray.Dataset
-        Over slope_deg, heading, branch, leg, axis and impulse; missing where there is no gait.
+        Over slope_deg, heading, branch, leg, axis and impulse; missing where there is no gait. Where the body yaws,
+        `YAW_NAMES` are among its variables.
 
     Raises
     ------
@@ -245,7 +260,7 @@ def atlas(
     coords = coordinates(animal, slopes_deg, headings)
     coords["branch"] = ("branch", np.arange(branches), {"long_name": "branch, by the phase of the hindmost legs"})
     coords["impulse"] = ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"})
-    dataset = xr.Dataset(_empty(coords), coords=coords, attrs=provenance(animal, effort))
+    dataset = xr.Dataset(_empty(names_of(animal), coords), coords=coords, attrs=provenance(animal, effort))
     for ((row, column), gait), value in zip(gaits, values, strict=True):
         for name, number in value.items():
             dataset[name].values[row, column, gait.branch] = number
@@ -274,10 +289,10 @@ DIMENSIONS = {
 }
 
 
-def _empty(coords: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
+def _empty(names: dict[str, tuple[str, str]], coords: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
     """Return the atlas's variables, all missing."""
     variables = {}
-    for name, (units, long_name) in LONG_NAMES.items():
+    for name, (units, long_name) in names.items():
         dims = ("slope_deg", "heading", "branch", *DIMENSIONS.get(name, ()))
         shape = [len(coords[dim][1]) for dim in dims]
         values = np.full(shape, "", dtype=object) if name == "family" else np.full(shape, np.nan)

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 import legspring as ls
 from legspring.figures.peterson2011 import FIGURES
-from legspring.figures.peterson2011.beyond import BEYOND, second_minus_first
+from legspring.figures.peterson2011.beyond import BEYOND, most_stable, second_minus_first
+from legspring.peterson2011.yawing import force_ranges
 
 MULTIPLIER, EIGENVALUE = 0.5, 0.25
 
@@ -32,6 +33,7 @@ def sources(roach: ls.Animal) -> dict[str, Any]:
     grid: dict[str, Any] = {"slopes_deg": (0, 20), "headings": (0.15, 0.3), "impulses": ()}
     front = ("slope_deg", "family", "point")
     nothing = [np.nan, np.nan]
+    yawing = ls.atlas(ls.load_animal("cockroach_rigid"), **grid | {"slopes_deg": (0, 30)})
     return {
         "atlas": ls.atlas(roach, **grid),
         "back_pulls": ls.atlas(roach.replace(families=families), **grid),
@@ -44,6 +46,8 @@ def sources(roach: ls.Animal) -> dict[str, Any]:
             coords={"slope_deg": [0.0, 20.0], "family": ["A", "B"]},
             attrs={"heading": 0.15},
         ),
+        "yawing": yawing,
+        "yaw_forces": force_ranges({"one body": yawing, "another body": yawing.isel(branch=[0])}),
     }
 
 
@@ -107,3 +111,31 @@ def test_fronts_lead_from_the_most_stable_to_the_cheapest_gait(sources: dict[str
     assert cheap.get_markerfacecolor() == "white" != stable.get_markerfacecolor()
     assert all(np.array_equal(np.asarray(line.get_xydata()), [[0.4, 0.2]]) for line in steep.get_lines())
     assert np.ptp(steep.get_xlim()) == pytest.approx(0.1), "a single point is not blown up"
+
+
+def test_of_a_body_that_yaws_the_most_stable_gaits_are_shown(sources: dict[str, Any]) -> None:
+    yawing = sources["yawing"]
+    excess, amplitude = maps(draw("beyond_yaw", sources))
+    np.testing.assert_allclose(excess, yawing["max_multiplier"].min("branch").values.T - 1.0)
+    best = most_stable(yawing)
+    np.testing.assert_allclose(amplitude, np.degrees(best["yaw_amplitude"].values.T))
+    for slope, heading in ((0, 0.15), (30, 0.3)):
+        cell, one = yawing.sel(slope_deg=slope, heading=heading), best.sel(slope_deg=slope, heading=heading)
+        (same,) = np.flatnonzero(cell["max_multiplier"].values == float(one["max_multiplier"]))
+        assert one["family"].item() == cell["family"].values[same]
+
+
+def test_forces_stand_beside_the_measured_ones(sources: dict[str, Any]) -> None:
+    panels = draw("beyond_yaw_forces", sources).axes
+    assert [axes.get_title()[3:] for axes in panels] == [
+        "front legs, lateral",
+        "front legs, fore-aft",
+        "back legs, lateral",
+        "back legs, fore-aft",
+    ]
+    measured, one, _ = panels[2].containers
+    lows = [bar.get_y() for bar in measured]
+    assert lows == pytest.approx([-0.20, -0.18, -0.12, -0.12, -0.18, -0.14, -0.02])
+    force = sources["yawing"]["peak_force"].sel(leg="B", axis="lateral", slope_deg=30)
+    assert one[2].get_y() == pytest.approx(float(force.min()))
+    assert one[2].get_y() + one[2].get_height() == pytest.approx(float(force.max()), abs=0.02)

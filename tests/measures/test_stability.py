@@ -1,12 +1,13 @@
 """Multipliers against what simulated perturbations do."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from legspring.gait import Gait
-from legspring.kernel.walker import VX, VY, X, Y
+from legspring.kernel.walker import VX, VY, YAW, YAW_RATE, X, Y
 from legspring.measures.stability import largest_magnitude, multipliers
 from legspring.returnmap import Start, complete_map, flow
 from legspring.setting import TIGHT
@@ -51,6 +52,42 @@ def test_multipliers_are_the_decay_of_simulated_perturbations(
     assert multipliers(fitted) == pytest.approx(gait.multipliers, abs=1e-4)
     assert abs(gait.multipliers[0]) == pytest.approx(true, abs=5e-4)
     assert gait.reduced_eigenvalue == pytest.approx(reduced, abs=5e-4)
+
+
+def test_multipliers_of_a_body_that_yaws_are_those_of_simulated_perturbations(rigid_map: Cells) -> None:
+    for cell in ((30.0, 0.15), (90.0, 0.45)):
+        gait = rigid_map[cell][-1]
+        setting, t_des = gait.setting, gait.setting.step_duration
+        length = setting.step_length
+        scale = np.array([length, 1.0, length, length, 1.0, 1.0, 1.0])
+        home = np.array(
+            [gait.speed * t_des, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate * t_des, 2.0 * gait.yaw]
+        )
+        rng = np.random.default_rng(1)
+        kicks = 1e-6 * rng.standard_normal((40, 7)) * scale
+        after = []
+        for speed, heading, dx, dy, yaw, yaw_rate, turn in home + kicks:
+            start = Start(speed / t_des, heading, (dx, dy), yaw, yaw_rate / t_des, turn)
+            y = flow(setting, gait.phase, start, accuracy=1e-13)[0].y[:, 0]
+            direction = math.atan2(-y[VX], y[VY]) - y[YAW]
+            end = np.array(
+                [math.hypot(y[VX], y[VY]), -direction, -y[X], y[Y], -y[YAW], -y[YAW_RATE], -(y[YAW] - start.yaw)]
+            )
+            after.append((end - home) / scale)
+        fitted = np.linalg.lstsq(kicks / scale, np.array(after), rcond=None)[0].T
+        assert multipliers(fitted)[:4] == pytest.approx(gait.multipliers[:4], abs=1e-3)
+
+
+def test_disturbances_of_a_body_that_yaws_grow_as_the_multiplier_says(rigid_map: Cells) -> None:
+    # One that grows alone, and alone leads.
+    gait = next(g for here in rigid_map.values() for g in here if abs(g.multipliers[0]) > 1.5 * abs(g.multipliers[1]))
+    change = replace(gait.start, speed=gait.speed * (1.0 + 1e-9))
+    runs = [
+        flow(gait.setting, gait.phase, start, steps=12, accuracy=1e-13)[1].touchdowns for start in (gait.start, change)
+    ]
+    away = np.linalg.norm((runs[1] - runs[0])[[8, 10, 12], VX:], axis=1)
+    assert away[-1] < 1e-3, "still small"
+    assert away[1:] / away[:-1] == pytest.approx(abs(gait.multipliers[0]), rel=0.02)
 
 
 def test_complete_map_returns_the_gait_to_itself(thesis_map: Cells) -> None:

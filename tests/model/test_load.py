@@ -1,6 +1,6 @@
 import subprocess
 import sys
-from math import radians
+from math import atan2, cos, hypot, radians, sin
 from pathlib import Path
 
 import pytest
@@ -33,6 +33,26 @@ def test_the_cockroach_is_that_of_table_4_1() -> None:
     assert roach.families == {"A": ("F", "M", "B"), "FB": ("F", "B"), "MB": ("M", "B"), "B": ("B",)}
 
 
+def test_the_rigid_cockroach_has_the_point_mass_s_feet() -> None:
+    rigid = load_animal("cockroach_rigid")
+    assert (rigid.body.yaw, rigid.body.inertia, rigid.body.mass) == ("free", 2.04e-7, 2.5e-3)
+    assert "appendix" in rigid.source
+    hips = {"FL": (-0.0035, 0.014), "MR": (0.0035, 0.007), "BL": (-0.0035, 0.0)}
+    for leg, point in zip(rigid.legs, cockroach().legs, strict=True):
+        assert leg.hip == hips.get(leg.name, leg.hip)
+        foot = (-point.length * sin(point.angle), point.length * cos(point.angle))
+        reach = (foot[0] - leg.hip[0], foot[1] - leg.hip[1])
+        assert leg.length == pytest.approx(hypot(*reach), abs=1e-12)
+        assert leg.angle == pytest.approx(atan2(-reach[0], reach[1]), abs=1e-11)
+        assert (leg.stiffness, leg.actuation) == (point.stiffness, point.actuation)
+        assert 0.2 * leg.length < leg.actuation < 0.9 * leg.length, "the thesis's limits"
+    assert (rigid.families, rigid.speed_law, rigid.step_law) == (
+        cockroach().families,
+        cockroach().speed_law,
+        cockroach().step_law,
+    )
+
+
 def test_presets_are_listed_and_load_under_their_own_names() -> None:
     assert "cockroach" in presets()
     for name in presets():
@@ -62,7 +82,7 @@ def test_a_preset_has_the_form_of_a_file(file: Path) -> None:
     [
         ("mass = ", "Invalid value"),
         ("\x00", "Invalid"),
-        ('like = "roach"', r"like = 'roach': must be a preset \(cockroach\)"),
+        ('like = "roach"', r"like = 'roach': must be a preset \(cockroach, cockroach_rigid\)"),
         ('like = ["cockroach"]', "like = .*: must be a preset"),
         ('like = "cockroach"\nstiffness = -1', "Leg 'FL': stiffness = -1: must be greater than 0"),
         ('like = "cockroach"\ncolour = "brown"', "cannot replace colour: must be among"),
@@ -88,7 +108,9 @@ def test_a_file_that_is_no_text(file: Path) -> None:
 def test_what_is_not_there(file: Path) -> None:
     with pytest.raises(ModelError, match=r"mine\.toml: No such file"):
         load_animal(file)
-    with pytest.raises(ModelError, match=r"^no animal 'roach': must be a preset \(cockroach\) or a TOML file$"):
+    with pytest.raises(
+        ModelError, match=r"^no animal 'roach': must be a preset \(cockroach, cockroach_rigid\) or a TOML file$"
+    ):
         load_animal("roach")
     with pytest.raises(ModelError, match="Is a directory"):
         load_animal(file.parent)

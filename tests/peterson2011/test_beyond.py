@@ -13,9 +13,11 @@ import legspring as ls
 from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.peterson2011.beyond import decays, sections
 from legspring.peterson2011.report import Section
+from legspring.peterson2011.tables import Table
 
 HARD_CELLS = [(75.0, 0.15, 0.127, 0.203), (60.0, 0.40, 0.054, 0.084)]
-NAMES = ("second", "stability", "back", "trade")
+NAMES = ("second", "stability", "back", "trade", "yaw")
+YAW = Section("A body that yaws", ["Words."], tables=[Table("", "", ("one",), ((1.0,),))])
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +52,7 @@ def fronts() -> xr.Dataset:
 @pytest.fixture(scope="module")
 def chapter(atlas: xr.Dataset, simulated: xr.Dataset, back_pulls: xr.Dataset) -> dict[str, Section]:
     pictures = {name: Path(f"{name}.png") for name in (*BEYOND, "4.2")}
-    return dict(zip(NAMES, sections(atlas, simulated, back_pulls, fronts(), pictures), strict=True))
+    return dict(zip(NAMES, sections(atlas, simulated, back_pulls, fronts(), YAW, pictures), strict=True))
 
 
 def words(section: Section) -> str:
@@ -155,7 +157,7 @@ def test_what_stability_costs_in_words(chapter: dict[str, Section]) -> None:
 def test_nothing_found_is_said_to_be_so(atlas: xr.Dataset, simulated: xr.Dataset, back_pulls: xr.Dataset) -> None:
     nothing: Any = back_pulls.where(False, drop=False).assign(family=xr.full_like(back_pulls["family"], ""))
     numbers = fronts()
-    found = sections(atlas.isel(branch=[0]), simulated.isel(gait=[]), nothing, numbers.where(False), {})
+    found = sections(atlas.isel(branch=[0]), simulated.isel(gait=[]), nothing, numbers.where(False), YAW, {})
     texts = dict(zip(NAMES, map(words, found), strict=True))
     assert "None of the 186 cells with a gait has a second one." in texts["second"]
     assert "found no gait" in texts["back"]

@@ -121,6 +121,15 @@ def conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobi
             jacobian[5, d - 1] = y[YAW_RATE, d] + start[START_YAW_RATE, d]
 
 
+@driver
+def gait_conditions(y: Floats, start: Floats, stride: float) -> tuple[Floats, Floats]:
+    """Return the conditions of a gait after one step, and their derivatives in all directions (see `conditions`)."""
+    residual = np.zeros(y.shape[0])
+    jacobian = np.zeros((y.shape[0], y.shape[1] - 1))
+    conditions(y, start, stride, residual, jacobian)
+    return residual, jacobian
+
+
 @part
 def solve(a: Floats, b: Floats) -> bool:
     """Solve a x = b in place by Gauss's elimination with row exchange; False if a is singular."""

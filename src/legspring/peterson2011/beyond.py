@@ -127,7 +127,12 @@ def _rate(strides: Floats, distance: Floats) -> float:
 
 
 def sections(
-    atlas: xr.Dataset, decays: xr.Dataset, back_pulls: xr.Dataset, fronts: xr.Dataset, pictures: Mapping[str, Path]
+    atlas: xr.Dataset,
+    decays: xr.Dataset,
+    back_pulls: xr.Dataset,
+    fronts: xr.Dataset,
+    yaw: Section,
+    pictures: Mapping[str, Path],
 ) -> list[Section]:
     """Write the chapter.
 
@@ -142,6 +147,8 @@ def sections(
     fronts
         Gaits from the most stable to the cheapest of each family: ``reduced_eigenvalue`` and ``transport_cost`` over
         slope_deg, family and point, missing where there is none; heading (rad) is among its attributes.
+    yaw
+        Of `legspring.peterson2011.yawing.section`.
     pictures
         PNG files of the figures `legspring.figures.peterson2011.beyond.BEYOND`, by name; those missing are left out.
     """
@@ -151,6 +158,7 @@ def sections(
         (_true_stability(atlas, decays), ["beyond_true_stability", "beyond_decays"]),
         (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
         (_trade_off(fronts), ["beyond_trade_off"]),
+        (yaw, ["beyond_yaw", "beyond_yaw_forces"]),
     )
     return [replace(part, figures=[shown[name] for name in names if name in shown]) for part, names in parts]
 

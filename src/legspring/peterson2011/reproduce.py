@@ -22,9 +22,10 @@ from legspring.model import Animal, cockroach
 from legspring.objective import NO_GAIT, Objective
 from legspring.optima import candidate_of, optimal_atlas, select
 from legspring.optimisation import Method, front
+from legspring.peterson2011 import yawing
 from legspring.peterson2011.beyond import decays, sections
 from legspring.peterson2011.claims import Results, Verdict, judge
-from legspring.peterson2011.report import CHAPTERS, File, Picture, write_report
+from legspring.peterson2011.report import CHAPTERS, File, Picture, Section, write_report
 from legspring.peterson2011.tables import (
     Table,
     constraint_table,
@@ -58,6 +59,10 @@ DATA = {
     "back_pulls": (BEYOND_CHAPTER, "Gaits whose back legs pull", ("slope_deg", "heading", "branch")),
     "decays": (BEYOND_CHAPTER, "Decay of simulated perturbations", ("gait",)),
     "fronts": (BEYOND_CHAPTER, "Trade-off of stability and efficiency", ("slope_deg", "family", "point")),
+    "yawing": (BEYOND_CHAPTER, "Gaits of a body that yaws", ("slope_deg", "heading", "branch")),
+    "yaw_held": (BEYOND_CHAPTER, "Gaits of the same body with its yaw held", ("slope_deg", "heading", "branch")),
+    "yaw_fates": (BEYOND_CHAPTER, "Gaits of the point mass, followed to it", ("slope_deg", "heading", "branch")),
+    "yaw_hips": (BEYOND_CHAPTER, "Its stability with hips further back", ("back",)),
 }
 """Datasets that are stored: the chapter they belong to, what they hold, and the dimensions of their rows in a table."""
 
@@ -152,6 +157,30 @@ class Store:
         """Trade-off of stability and efficiency."""
         optima = self.optima
         return self._stored("fronts", lambda: fronts(self.animal, optima), self.method)
+
+    @cached_property
+    def yawing(self) -> xr.Dataset:
+        """Gaits of the cockroach as a rigid body."""
+        animal = yawing.rigid_cockroach()
+        return self._stored("yawing", lambda: ls.atlas(animal, impulses=(), workers=self.workers))
+
+    @cached_property
+    def yaw_held(self) -> xr.Dataset:
+        """Gaits of the rigid body with its yaw held."""
+        return self._stored("yaw_held", lambda: yawing.held(self.workers))
+
+    @property
+    def yaw_forces(self) -> xr.Dataset:
+        """Ranges of forces, measured and of bodies with and without hips and yaw."""
+        return yawing.force_ranges(yawing.bodies_of(self.atlas, self.yaw_held, self.yawing))
+
+    @property
+    def yaw_section(self) -> Section:
+        """What yaw changes."""
+        atlas = self.atlas
+        fates = self._stored("yaw_fates", lambda: yawing.fates(atlas))
+        hips = self._stored("yaw_hips", lambda: yawing.hips_moved_back(self.workers))
+        return yawing.section(atlas, self.yawing, self.yaw_held, fates, hips)
 
     @property
     def gait(self) -> ls.Gait:
@@ -330,6 +359,7 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
     pictures = {
         key: directory / "figures" / f"{figure.stem}.png" for key, figure in [*FIGURES.items(), *BEYOND.items()]
     }
+    yaw = store.yaw_section
     timings = {
         chapter: seconds
         + sum(store.seconds[name] for name, (where, *_) in DATA.items() if where == chapter and name in store.seconds)
@@ -342,7 +372,7 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
         figures={number: Picture(pictures[number], figure.caption) for number, figure in FIGURES.items()},
         tables={number: store.table(number) for number in TABLES},
         timings=timings,
-        beyond=sections(store.atlas, store.decays, store.back_pulls, store.fronts, pictures),
+        beyond=sections(store.atlas, store.decays, store.back_pulls, store.fronts, yaw, pictures),
         data=[
             File(directory / "data" / f"{name}{suffix}", f"{text}, {kind}")
             for name, (_, text, _) in DATA.items()

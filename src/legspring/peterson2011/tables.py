@@ -182,7 +182,7 @@ def peak_range(gaits: xr.Dataset) -> xr.DataArray:
     """Return the smallest and the largest peak force over the headings of the tables, at their slopes."""
     peaks = table_cells(gaits)["peak_force"]
     both = xr.concat([peaks.min("heading"), peaks.max("heading")], dim="extreme").assign_coords(extreme=["min", "max"])
-    return both.transpose("leg", "axis", "slope_deg", "extreme").reset_coords(drop=True)
+    return both.transpose("leg", "axis", "slope_deg", ..., "extreme").reset_coords(drop=True)
 
 
 def table_cells(gaits: xr.Dataset) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Beyond the thesis: the second branch, true stability, back legs that pull, and what stability costs.
+"""Beyond the thesis: the second branch, true stability, back legs that pull, what stability costs, and yaw.
 
 `BEYOND` has the figures by name, in the form of the thesis's own.
 """
@@ -14,11 +14,19 @@ from matplotlib.lines import Line2D
 
 from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
 from legspring.figures.peterson2011.chapter4 import COSTS, EIGENVALUES
+from legspring.figures.peterson2011.chapter5 import LEG_WORDS
+from legspring.figures.peterson2011.chapter6 import AXIS_WORDS
 from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
-from legspring.figures.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled
+from legspring.figures.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
 
 MOST_DOTS = 30
 """Touch-downs that are shown of a simulation; more would hide the lines."""
+EXCESS: Limits = (-0.5, 1.5)
+"""Range of colours for a multiplier minus 1, below 0 in stable gaits."""
+YAWS: Limits = (0.0, 15.0)
+"""Range of colours for yaw, deg."""
+BAR, LEAST_BAR = 12.0, 0.02
+"""Width of a bar (deg of slope) and its least height (m g)."""
 LEAST_SPAN = 0.1
 """Least range of an axis: fronts that are a single point shall not be blown up."""
 
@@ -67,6 +75,61 @@ def back_legs_pull(back_pulls: xr.Dataset) -> Figure:
         ("max_multiplier", "largest multiplier, complete map", EIGENVALUES),
         ("transport_cost", "transport cost", COSTS),
     )
+
+
+def most_stable(gaits: xr.Dataset) -> xr.Dataset:
+    """Return the most stable gait of each cell, by the complete map."""
+    chosen: xr.Dataset = gaits.isel(branch=gaits["max_multiplier"].fillna(np.inf).argmin("branch"))
+    return chosen.drop_vars("branch")
+
+
+@styled
+def yaw(yawing: xr.Dataset) -> Figure:
+    """Draw maps of stability and of the yaw's amplitude of gaits of a body that yaws, the most stable of each cell."""
+    best = most_stable(yawing)
+    return _two_maps(
+        best.assign(excess=best["max_multiplier"] - 1.0),
+        ("excess", "largest multiplier, complete map, minus 1", EXCESS),
+        ("yaw_amplitude", "amplitude of the yaw (deg)", YAWS),
+    )
+
+
+@styled
+def yaw_forces(ranges: xr.Dataset) -> Figure:
+    """Draw the ranges of peak forces against slope: as measured, of point masses and of bodies with hips and yaw.
+
+    Parameters
+    ----------
+    ranges
+        Over leg, axis, slope_deg and extreme; ``measured``, and a variable for each body.
+    """
+    figure = new_figure(PAGE, 0.66 * PAGE)
+    panels = figure.subplots(2, 2, sharex=True, sharey="row")
+    places = [(leg, axis) for leg in ("F", "B") for axis in ("lateral", "fore_aft")]
+    for letter, axes, (leg, axis) in zip("abcd", panels.flat, places, strict=True):
+        _ranges(axes, ranges.sel(leg=leg, axis=axis))
+        axes.set_title(f"{letter}) {LEG_WORDS[leg]} legs, {AXIS_WORDS[axis]}")
+    figure.supxlabel("slope (deg)")
+    figure.supylabel(f"peak force ({units('m g')})")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=len(ranges.data_vars))
+    return figure
+
+
+def _ranges(axes: Axes, ranges: xr.Dataset) -> None:
+    """Draw the ranges of one force: measured ones as wide bars, the others side by side within them."""
+    slopes, names = ranges["slope_deg"].values, [str(name) for name in ranges.data_vars if name != "measured"]
+    axes.axhline(0.0, color=GRAY, linewidth=0.6)
+    axes.use_sticky_edges = False
+    for number, name in enumerate(["measured", *names]):
+        low, high = (ranges[name].sel(extreme=extreme).values for extreme in ("min", "max"))
+        look: dict[str, Any] = {"width": BAR, "color": "0.85", "label": name}
+        shift = 0.0
+        if number:
+            look |= {"width": 0.6 * BAR / len(names), "color": COLOURS[number - 1]}
+            shift = BAR / len(names) * (number - 0.5 - 0.5 * len(names))
+        # A range of a single force would not show.
+        axes.bar(slopes + shift, np.maximum(high - low, LEAST_BAR), bottom=low, **look)
+    axes.set_xticks(slopes)
 
 
 def _two_maps(gaits: xr.Dataset, *panels: tuple[str, str, Limits | None]) -> Figure:
@@ -226,6 +289,22 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "Stability against efficiency: largest eigenvalue magnitude and transport cost of gaits with optimised "
             "actuation, for each slope and family. Along a line, no gait is both more stable and cheaper than another "
             "one. The axes differ from panel to panel.",
+        ),
+        ThesisFigure(
+            "beyond_yaw",
+            "yawing",
+            yaw,
+            "The cockroach as a rigid body that yaws, its hips where they are: the most stable gait of each cell. "
+            "a) Largest magnitude of the complete map's multipliers, minus 1: where it is red, small disturbances "
+            f"grow. b) Largest yaw to either side. Markers show the families ({FAMILY_WORDS}).",
+        ),
+        ThesisFigure(
+            "beyond_yaw_forces",
+            "yaw_forces",
+            yaw_forces,
+            "Peak forces of front and back legs, from the smallest to the largest over headings of 0.05 to 0.40 rad: "
+            "as measured (wide bars), of the point mass (published gaits, and all), of a body with hips whose yaw "
+            "is held, and of one that yaws.",
         ),
     )
 }

@@ -7,7 +7,18 @@ from typing import Literal
 from matplotlib.figure import Figure
 
 Source = Literal[
-    "gait", "simulation", "setting", "atlas", "optima", "selected", "measured", "decays", "back_pulls", "fronts"
+    "gait",
+    "simulation",
+    "setting",
+    "atlas",
+    "optima",
+    "selected",
+    "measured",
+    "decays",
+    "back_pulls",
+    "fronts",
+    "yawing",
+    "yaw_forces",
 ]
 """What a figure is drawn from:
 
@@ -21,6 +32,8 @@ Source = Literal[
 - ``decays``: of `legspring.peterson2011.beyond.decays`
 - ``back_pulls``: an atlas of the families in which the back legs pull
 - ``fronts``: gaits of each family from the most stable to the cheapest, over slope_deg, family and point
+- ``yawing``: an atlas of the cockroach as a rigid body
+- ``yaw_forces``: of `legspring.peterson2011.yawing.force_ranges`
 """
 
 FAMILY_WORDS = "A: all legs push; FB: front and back; MB: middle and back; B: back only"
