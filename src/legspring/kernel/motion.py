@@ -102,7 +102,7 @@ def leg_force(
 
 
 class Strut(NamedTuple):
-    """A moving leg: vector from hip to foot, its length and rate; the hip; gap |r| - l, its rate; force per mass."""
+    """A moving leg: vector from hip to foot, its length and rate; hip; gap |r| - l, rate of |r|; force per mass."""
 
     rx: float
     ry: float
@@ -117,12 +117,12 @@ class Strut(NamedTuple):
 
 
 @formula
-def strut(y: Floats, stance: Floats, i: int, lean: Pair, free: float, free_rate: float) -> Strut:
+def strut(y: Floats, stance: Floats, i: int, lean: Pair, free: float) -> Strut:
     """Leg i with everything that its force depends on."""
     rx, ry, hx, hy, r = reach(y, stance, i, lean)
     spin = y[YAW_RATE, 0] if y.shape[0] == 6 else 0.0
     vx, vy = spin * hy - y[VX, 0], -spin * hx - y[VY, 0]
-    gap, rate = r - free, (rx * vx + ry * vy) / r - free_rate
+    gap, rate = r - free, (rx * vx + ry * vy) / r
     force = stance[i, SPRING, 0] * gap + stance[i, DAMPER, 0] * rate
     return Strut(rx, ry, r, vx, vy, hx, hy, gap, rate, force)
 
@@ -131,7 +131,7 @@ def strut(y: Floats, stance: Floats, i: int, lean: Pair, free: float, free_rate:
 def any_force(s: float, y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> float:
     """Force of leg i (per mass, > 0 pulling), whatever its law, and with its damper."""
     numbers = law(s, stance, i, phase)
-    return strut(y, stance, i, lean, numbers[0], numbers[1]).force
+    return strut(y, stance, i, lean, numbers[0]).force
 
 
 @jit
@@ -233,8 +233,8 @@ def change(
 ) -> tuple[float, float, float, float, float]:
     """Differentiate leg i along one direction: vector from hip to foot (x, y), hip (x, y), force.
 
-    With r = |r| u, the gap g = |r| - l and the force k g + c g', the derivative of the rate g' = u r' - l' is
-    u dr' + du r' - dl', du = (dr - u (u dr)) / |r|.
+    With r = |r| u, the gap g = |r| - l and the force k g + c |r|', the derivative of the rate |r|' = u r' is
+    u dr' + du r', du = (dr - u (u dr)) / |r|.
     """
     ux, uy, spin, yaw, spin_d = leg.rx / leg.r, leg.ry / leg.r, 0.0, 0.0, 0.0
     if y.shape[0] == 6:
@@ -247,8 +247,6 @@ def change(
     rate = ux * vx + uy * vy + ((rx - along * ux) * leg.vx + (ry - along * uy) * leg.vy) / leg.r
     gap -= numbers[3] * stance[i, LAW, d] + numbers[4] * stance[i, LAW + 1, d]
     gap -= numbers[5] * stance[i, LAW + 2, d] + numbers[6] * stance[i, LAW + 3, d]
-    rate -= numbers[7] * stance[i, LAW, d] + numbers[8] * stance[i, LAW + 1, d]
-    rate -= numbers[9] * stance[i, LAW + 2, d] + numbers[10] * stance[i, LAW + 3, d]
     force = stance[i, SPRING, 0] * gap + leg.gap * stance[i, SPRING, d]
     force += stance[i, DAMPER, 0] * rate + leg.rate * stance[i, DAMPER, d]
     return rx, ry, hx, hy, force
@@ -259,7 +257,7 @@ def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> N
     """Write the derivatives of the force (per mass) of leg i at time s into ``out``."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     numbers = law(s, stance, i, phase)
-    leg = strut(y, stance, i, lean, numbers[0], numbers[1])
+    leg = strut(y, stance, i, lean, numbers[0])
     for d in range(1, out.size):
         out[d] = change(y, stance, i, d, lean, leg, numbers)[4]
 
@@ -268,7 +266,7 @@ def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> N
 def add_any_tangents(s: float, y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair) -> float:
     """Do what `add_tangents` does for a leg with any law and damper."""
     numbers = law(s, stance, i, phase)
-    leg = strut(y, stance, i, lean, numbers[0], numbers[1])
+    leg = strut(y, stance, i, lean, numbers[0])
     ux, uy = leg.rx / leg.r, leg.ry / leg.r
     fx, fy = leg.force * ux, leg.force * uy
     for d in range(1, y.shape[1]):
@@ -290,11 +288,10 @@ def any_gap(s: float, stance: Floats, i: int, phase: Pair, r: float, rate: float
     With a damper the gap is the force by the stiffness; its second derivative would take one more of the state: nan.
     """
     numbers = law(s, stance, i, phase)
-    gap, rate, second = r - numbers[0], rate - numbers[1], second - numbers[2]
     damper = stance[i, DAMPER, 0] / stance[i, SPRING, 0]
     if damper == 0.0:
-        return gap, rate, second
-    return gap + damper * rate, rate + damper * second, math.nan
+        return r - numbers[0], rate - numbers[1], second - numbers[2]
+    return r - numbers[0] + damper * rate, rate - numbers[1] + damper * second, math.nan
 
 
 @formula
