@@ -148,13 +148,15 @@ def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: F
         for d in range(1, width):
             out[YAW, d] = y[YAW_RATE, d]
             out[YAW_RATE, d] = 0.0
-    moment = 0.0
+    moment, plain = 0.0, True
     for i in range(contacts.shape[0]):
-        if contacts[i, DOWN] != 0.0:
-            if stance[i, MANNER, 0] == PLAIN:
+        plain &= contacts[i, VARIED] < 2.0
+    if plain:
+        for i in range(contacts.shape[0]):
+            if contacts[i, DOWN] != 0.0:
                 moment += add_tangents(y, stance, i, out, lean, phase, contacts[i, VARIED] != 0.0)
-            else:
-                moment += add_any_tangents(s, y, stance, i, out, lean, phase)
+    else:
+        moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
     if rows == 6:
         for d in range(1, width):
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
@@ -263,22 +265,29 @@ def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> N
 
 
 @jit
-def add_any_tangents(s: float, y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair) -> float:
-    """Do what `add_tangents` does for a leg with any law and damper."""
-    numbers = law(s, stance, i, phase)
-    leg = strut(y, stance, i, lean, numbers[0])
-    ux, uy = leg.rx / leg.r, leg.ry / leg.r
-    fx, fy = leg.force * ux, leg.force * uy
-    for d in range(1, y.shape[1]):
-        rx, ry, hx, hy, force = change(y, stance, i, d, lean, leg, numbers)
-        along = ux * rx + uy * ry
-        fx_d = force * ux + leg.force * (rx - along * ux) / leg.r
-        fy_d = force * uy + leg.force * (ry - along * uy) / leg.r
-        out[VX, d] += fx_d
-        out[VY, d] += fy_d
-        if y.shape[0] == 6:
-            out[YAW_RATE, d] += hx * fy + leg.hx * fy_d - hy * fx - leg.hy * fx_d
-    return leg.hx * fy - leg.hy * fx
+def add_any_tangents(
+    s: float, y: Floats, stance: Floats, contacts: Floats, out: Floats, lean: Pair, phase: Pair
+) -> float:
+    """Do what `add_tangents` does, for all legs in stance, whatever their laws and dampers."""
+    moment = 0.0
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] == 0.0:
+            continue
+        numbers = law(s, stance, i, phase)
+        leg = strut(y, stance, i, lean, numbers[0])
+        ux, uy = leg.rx / leg.r, leg.ry / leg.r
+        fx, fy = leg.force * ux, leg.force * uy
+        for d in range(1, y.shape[1]):
+            rx, ry, hx, hy, force = change(y, stance, i, d, lean, leg, numbers)
+            along = ux * rx + uy * ry
+            fx_d = force * ux + leg.force * (rx - along * ux) / leg.r
+            fy_d = force * uy + leg.force * (ry - along * uy) / leg.r
+            out[VX, d] += fx_d
+            out[VY, d] += fy_d
+            if y.shape[0] == 6:
+                out[YAW_RATE, d] += hx * fy + leg.hx * fy_d - hy * fx - leg.hy * fx_d
+        moment += leg.hx * fy - leg.hy * fx
+    return moment
 
 
 @jit

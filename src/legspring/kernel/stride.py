@@ -35,11 +35,13 @@ from legspring.kernel.walker import (
     LAW,
     LEVER,
     LIFTOFF,
+    MANNER,
     NEXT_STEP,
     NO_TOUCHDOWN,
     NOTHING,
     OFFSET,
     OK,
+    PLAIN,
     PUSH_X,
     PUSH_Y,
     SIGN,
@@ -102,6 +104,8 @@ def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts
     sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
     lean = turn(y)
     hx, hy = hip(legs[i, HIP_X, 0], legs[i, HIP_Y, 0], lean)
+    if stance[i, MANNER, 0] != PLAIN:
+        contacts[i, VARIED] = 2.0
     numbers = law(s, stance, i, (sine, cosine))
     reach = numbers[0]
     angle = legs[i, ANGLE, 0] + (y[YAW, 0] if yaws else 0.0)
@@ -209,8 +213,7 @@ def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
                 ends |= land(s, j, w, tape)
     refresh(s, w)
     slide_derivatives(w.delay, -1.0, w)
-    if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+    refresh(s, w)
     for j in range(w.contacts.shape[0]):
         if w.contacts[j, WATCHED] != NOTHING and w.contacts[j, SIGN] == 0.0 and w.legs[j, TRIGGER, 0] != CLOCK:
             aim(j, w)

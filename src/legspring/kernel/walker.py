@@ -66,10 +66,10 @@ class Walker(NamedTuple):
     contacts
         ``(L, 10)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
         2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), the sign of its gap since the
-        end of the ignored window (0 before), whether its hip or stiffness has derivatives, what is watched of it (see
-        `NOTHING`), from the centre of mass to the foot held ready (x, y, seen from the body), and the height of the
-        ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
-        a leg which waits for the ground is the height of its foot above it.
+        end of the ignored window (0 before), whether its hip or stiffness has derivatives (1 or 0; 2: its manner is
+        not plain), what is watched of it (see `NOTHING`), from the centre of mass to the foot held ready (x, y, seen
+        from the body), and the height of the ground. The gap of a leg in stance is its force by its stiffness,
+        ``|r| - l`` where there is no damper; that of a leg which waits for the ground is the height of its foot.
     clock
         ``(9,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
         error of the yaw one of a position, the push now, and whether no leg touches down by the clock.
