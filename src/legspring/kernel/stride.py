@@ -35,13 +35,11 @@ from legspring.kernel.walker import (
     LAW,
     LEVER,
     LIFTOFF,
-    MANNER,
     NEXT_STEP,
     NO_TOUCHDOWN,
     NOTHING,
     OFFSET,
     OK,
-    PLAIN,
     PUSH_X,
     PUSH_Y,
     SIGN,
@@ -104,8 +102,6 @@ def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts
     sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
     lean = turn(y)
     hx, hy = hip(legs[i, HIP_X, 0], legs[i, HIP_Y, 0], lean)
-    if stance[i, MANNER, 0] != PLAIN:
-        contacts[i, VARIED] = 2.0
     numbers = law(s, stance, i, (sine, cosine))
     reach = numbers[0]
     angle = legs[i, ANGLE, 0] + (y[YAW, 0] if yaws else 0.0)
@@ -143,8 +139,8 @@ def refresh(s: float, w: Walker) -> None:
     rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
     w.clock[EVALUATIONS] += 1
     if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
-    measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
+    measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
 
 
 @formula
@@ -279,7 +275,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
     return happened, ends
 
 
@@ -318,7 +314,7 @@ def move_end(s: float, shift: float, w: Walker) -> None:
     rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
     w.clock[EVALUATIONS] += 1
     if w.y.shape[1] > 1:
-        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.k[13])
+        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
     slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 
@@ -365,7 +361,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
                 return STEP_TOO_SMALL, h, 0.0, -1
             continue
         w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
-        measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.gaps[1])
+        measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.clock, w.gaps[1])
         kind, where, leg = next_event(s, h, w.contacts, w.gaps)
         if kind == NONE or (kind == HERE and s + h + where > bound):
             return OK, h, 0.0, -1
