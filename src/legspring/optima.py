@@ -52,7 +52,7 @@ from legspring.trial import GOAL, Map, pair_lengths
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
 """Actuations at which each cell is searched for gaits; neighbouring cells give more."""
-POLISHED, SEARCHED = 4, 12
+POLISHED, SEARCHED = 4, 6
 """Gaits of each cell that are polished, and of those that are searched more closely."""
 KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
@@ -94,9 +94,9 @@ class Case:
 
 
 def searched(case: Case, goal: Goal, seed: int, ends: Sequence[End]) -> list[End]:
-    """Search a case as closely as one that stands alone; return all ends, the best first."""
+    """Search a case again, more closely; return all ends, the best first."""
     objective = case.objective(goal)
-    found = explore(objective, spread_out(rank(objective, scan(objective.trial, seed)), SEARCHED))
+    found = explore(objective, spread_out(rank(objective, scan(objective.trial, seed, 2 * NODES)), SEARCHED))
     return sorted([*ends, *found], key=lambda end: end.score.total)[:KEPT]
 
 

@@ -282,7 +282,7 @@ def spread_out(candidates: Iterable[Candidate], count: int) -> list[Candidate]:
 def polish(objective: Objective, start: Candidate, most: float | None = None) -> End | None:
     """Minimise the objective, or, given what is good enough, the actuation; None if the search ends at no gait."""
     programme = Programme(objective)
-    before = objective.approached(objective(*start))
+    before = objective(*start)
     x, reason = programme.minimise(programme.start(start.actuation, start.unknowns, before.beside), most)
     objective.evaluations += programme.evaluations
     score = objective(x[programme.u], x[programme.z], x[programme.beside])

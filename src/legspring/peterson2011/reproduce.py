@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from joblib import Parallel, delayed
+from threadpoolctl import threadpool_limits
 
 import legspring as ls
 from legspring.data import published_forces
@@ -18,6 +19,7 @@ from legspring.figures import save_figure
 from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, ThesisFigure
 from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.files import PathLike, code_stamp, make_directory, save_csv, save_netcdf, whole_file
+from legspring.kernel.walker import Floats
 from legspring.model import Animal, cockroach
 from legspring.objective import NO_GAIT, Objective
 from legspring.optima import candidate_of, optimal_atlas, select
@@ -156,7 +158,7 @@ class Store:
     def fronts(self) -> xr.Dataset:
         """Trade-off of stability and efficiency."""
         optima = self.optima
-        return self._stored("fronts", lambda: fronts(self.animal, optima), self.method)
+        return self._stored("fronts", lambda: fronts(self.animal, optima, self.workers), self.method)
 
     @cached_property
     def yawing(self) -> xr.Dataset:
@@ -237,26 +239,31 @@ class Store:
         return select(self.nelder_mead)
 
 
-def fronts(animal: Animal, optima: xr.Dataset) -> xr.Dataset:
+def fronts(animal: Animal, optima: xr.Dataset, workers: int) -> xr.Dataset:
     """Trade stability for efficiency in each family, on a few slopes, between the optima for either."""
     families = list(animal.families)
-    shape = (len(FRONT_SLOPES_DEG), len(families), FRONT_POINTS)
-    values = {name: np.full(shape, np.nan) for name in ("reduced_eigenvalue", "transport_cost")}
-    for (row, slope), (column, family) in ((s, f) for s in enumerate(FRONT_SLOPES_DEG) for f in enumerate(families)):
-        objective = Objective(animal, np.radians(slope), FRONT_HEADING, family, "efficiency", "reduced")
-        ends = []
-        for goal in ("stability", "efficiency"):
-            place = {"objective": goal, "slope_deg": slope, "heading": FRONT_HEADING, "family": family}
-            one = optima.sel(place)
-            if np.isfinite(one["speed"]):
-                ends.append(candidate_of(one, animal))
-        for n, score in enumerate(front(objective, ends[0], ends[1], FRONT_POINTS) if len(ends) == 2 else []):
-            if score.total < NO_GAIT:
-                values["reduced_eigenvalue"][row, column, n] = objective.eigenvalue(score)
-                values["transport_cost"][row, column, n] = score.value
+    cells = [(slope, family) for slope in FRONT_SLOPES_DEG for family in families]
+    work = (delayed(one_front)(animal, optima.sel(slope_deg=s, heading=FRONT_HEADING, family=f)) for s, f in cells)
+    both = np.array(Parallel(n_jobs=workers)(work)).reshape(len(FRONT_SLOPES_DEG), len(families), 2, FRONT_POINTS)
     dims = ("slope_deg", "family", "point")
     coords = {"slope_deg": list(FRONT_SLOPES_DEG), "family": families, "point": np.arange(FRONT_POINTS)}
-    return xr.Dataset({name: (dims, array) for name, array in values.items()}, coords, {"heading": FRONT_HEADING})
+    values = {name: (dims, both[:, :, n]) for n, name in enumerate(("reduced_eigenvalue", "transport_cost"))}
+    return xr.Dataset(values, coords, {"heading": FRONT_HEADING})
+
+
+def one_front(animal: Animal, optima: xr.Dataset) -> Floats:
+    """Eigenvalues and costs, ``(2, FRONT_POINTS)``, between the two optima of one family in one cell; nan for none."""
+    slope, heading, family = np.radians(optima["slope_deg"]), float(optima["heading"]), str(optima["family"].item())
+    objective = Objective(animal, float(slope), heading, family, "efficiency", "reduced")
+    values = np.full((2, FRONT_POINTS), np.nan)
+    if not np.all(np.isfinite(optima["speed"])):
+        return values
+    stable, cheap = (candidate_of(optima.sel(objective=goal), animal) for goal in ("stability", "efficiency"))
+    with threadpool_limits(1):
+        scores = [score for score in front(objective, stable, cheap, FRONT_POINTS) if score.total < NO_GAIT]
+    for n, score in enumerate(scores):
+        values[:, n] = objective.eigenvalue(score), score.value
+    return values
 
 
 def reproduce(
