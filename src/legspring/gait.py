@@ -186,10 +186,16 @@ class Gait:
     def multipliers(self) -> NDArray[np.complex128]:
         """Floquet multipliers of a stride (of a step where steps are all alike), of the complete map, largest first.
 
-        What is conserved shows as a multiplier of 1: energy, and the direction on a level plane.
+        What is `conserved` shows as a multiplier of 1.
         """
         jacobian = complete_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1]
         return multipliers(jacobian, self.setting.mirrored)
+
+    @property
+    def conserved(self) -> tuple[str, ...]:
+        """What no step changes, and so has a multiplier of 1: energy, or the direction where all are alike."""
+        found = {"energy": self.animal.conservative, "direction": self.setting.isotropic}
+        return tuple(name for name, is_so in found.items() if is_so)
 
     @cached_property
     def work(self) -> Floats:
@@ -205,9 +211,14 @@ class Gait:
         return float(end[Y] if self.setting.mirrored else math.hypot(end[X], end[Y]))
 
     @property
+    def step_duration(self) -> float:
+        """Duration of a step, s."""
+        return float(step_ends(self.setting, self.tape)[1] * self.setting.step_duration)
+
+    @property
     def mean_speed(self) -> float:
         """Mean speed of progress, m/s."""
-        return float(self.distance / (step_ends(self.setting, self.tape)[1] * self.setting.step_duration))
+        return self.distance / self.step_duration
 
     @property
     def transport_cost(self) -> float:

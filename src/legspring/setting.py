@@ -238,6 +238,11 @@ class Setting:
         return len(self.animal.legs) > len(self.animal.pairs)
 
     @property
+    def isotropic(self) -> bool:
+        """Whether all directions are alike: for a body that yaws on the level."""
+        return self.rows == 6 and math.sin(self.slope) == 0.0
+
+    @property
     def steps_per_stride(self) -> int:
         """Steps after which all repeats itself: one where no step mirrors another, else two."""
         return 1 if self.event_driven and not self.mirrored else 2

@@ -84,6 +84,7 @@ def simulation(
         },
         attrs={
             "animal": setting.animal.name,
+            "view": "side" if setting.animal.sagittal else "above",
             "pairs": list(setting.animal.pairs),
             "functions": ["push" if side < 0 else "pull" for side in setting.functions],
             "slope_deg": math.degrees(setting.slope),

@@ -108,10 +108,10 @@ def recover(
 def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance of each touch-down's velocity from the first one's, mirrored after odd steps.
 
-    A body that yaws on the level has no direction to come back to: there the velocity is that seen from the body.
+    Where all directions are alike, there is none to come back to: the velocity is that seen from the body.
     """
     velocity = states[:, [VX, VY]].copy()
-    if setting.rows == 6 and setting.body[0] == 0.0:
+    if setting.isotropic:
         cosine, sine = np.cos(states[:, YAW]), np.sin(states[:, YAW])
         velocity = np.column_stack(
             [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
