@@ -150,7 +150,10 @@ def describe(
 @app.command()
 def presets(
     as_json: Json = False,
-    figures: Annotated[Path | None, typer.Option(metavar="DIR", help="Draw each of them into this directory.")] = None,
+    figure: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw all of them: .png, .pdf or .svg.")] = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Draw each of them with a gait of its own into this directory.")
+    ] = None,
 ) -> None:
     """List the animals that come with Legspring, one a line.
 
@@ -158,6 +161,7 @@ def presets(
     """
     from legspring.model import load_animal, presets
 
+    check_figure(figure)
     if figures is not None:
         from legspring.files import make_directory
 
@@ -167,6 +171,10 @@ def presets(
         print_json([describe_animal(animal) for animal in animals])
     else:
         print_animals(animals)
+    if figure is not None:
+        from legspring.figures import draw_animals, save_figure
+
+        save_figure(draw_animals(animals), figure)
     if figures is not None:
         draw_presets(animals, figures)
 

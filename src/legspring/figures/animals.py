@@ -2,6 +2,8 @@
 
 import math
 import textwrap
+from collections.abc import Sequence
+from itertools import zip_longest
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,8 +23,12 @@ RULES = {
     "ground": "put down where the foot, held ready, meets the ground",
     "lift-off": "put down when another leg lifts off",
 }
+ROOM, NARROW = 0.14, math.radians(10)
+"""Room for the words of an angle, in units of the animal's size; half of an angle too narrow for them."""
 IMAGE = "0.75"
 """Colour of legs that are the mirror images of others."""
+COLUMNS = 4
+"""How many animals are drawn side by side."""
 STRIDES = 2
 """How much of a gait is drawn."""
 
@@ -51,9 +57,30 @@ def draw_animal(animal: Animal, gait: Gait | None = None) -> Figure:
     _sketch(sketch, animal)
     if gait is not None:
         _path(beside, gait)
-    lines = [animal.name.replace("_", " "), *textwrap.wrap(animal.summary, 60 if gait is None else 110)]
+    lines = [animal.name, *textwrap.wrap(animal.summary, 60 if gait is None else 110)]
     figure.suptitle("\n".join(lines))
     figure.supxlabel("\n".join(_rules(animal)), fontsize=SMALL, color=GRAY)
+    return figure
+
+
+@styled
+def draw_animals(animals: Sequence[Animal]) -> Figure:
+    """Draw several animals side by side, each as `draw_animal` does.
+
+    Parameters
+    ----------
+    animals
+        The animals.
+    """
+    rows = math.ceil(len(animals) / COLUMNS)
+    figure = new_figure(PAGE, rows * PAGE / COLUMNS)
+    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for axes, animal in zip_longest(panels, animals):
+        if animal is None:
+            axes.axis("off")
+            continue
+        _sketch(axes, animal, words=False)
+        axes.set_title(textwrap.fill(animal.name.replace("_", " "), 20))
     return figure
 
 
@@ -61,9 +88,9 @@ def _rules(animal: Animal) -> list[str]:
     """Say when legs touch down and lift off, and what is special about them."""
     lines = []
     for leg in {leg.pair: leg for leg in reversed(animal.legs)}.values():
-        off = "zero force" if leg.stance is None else f"{leg.stance:g} steps later"
+        off = "at zero force" if leg.stance is None else f"{leg.stance:g} steps later"
         extra = ", with damper" if leg.damping else ""
-        lines.append(f"{RULES[leg.touchdown]}, lifted off at {off}{extra}")
+        lines.append(f"{RULES[leg.touchdown]}, lifted off {off}{extra}")
     return list(dict.fromkeys(lines))
 
 
@@ -77,8 +104,8 @@ def _direction(leg: Leg) -> Floats:
     return np.array([-math.sin(leg.angle), math.cos(leg.angle)])
 
 
-def _sketch(axes: Axes, animal: Animal) -> None:
-    """Draw the animal around its centre of mass."""
+def _sketch(axes: Axes, animal: Animal, words: bool = True) -> None:
+    """Draw the animal around its centre of mass, with names and angles or without."""
     size = max(math.hypot(*leg.hip) + leg.length for leg in animal.legs)
     first = _first(animal)
     if animal.body.yaw == "free":
@@ -86,13 +113,16 @@ def _sketch(axes: Axes, animal: Animal) -> None:
     for leg in animal.legs:
         number = animal.pairs.index(leg.pair)
         _leg(axes, leg, COLOURS[number] if leg in first else IMAGE, size)
-    for number, leg in enumerate(first):
+    for number, leg in enumerate(first if words else ()):
         (_attack if animal.sagittal else _angle)(axes, leg, (0.3 + 0.13 * number) * leg.length, size)
+    for leg in animal.legs if words else ():
+        _name(axes, leg, COLOURS[animal.pairs.index(leg.pair)] if leg in first else GRAY, animal.sagittal, size)
     axes.plot(0.0, 0.0, "o", color="black", markersize=6, zorder=4)
     if animal.sagittal:
         _ground(axes, first[0], size)
     _gravity(axes, animal, size)
     _scale(axes, size)
+    axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
 
@@ -107,7 +137,7 @@ def _body(axes: Axes, animal: Animal) -> None:
 
 
 def _leg(axes: Axes, leg: Leg, colour: str, size: float) -> None:
-    """Draw a leg, its foot, its name, and how much its force-free length varies."""
+    """Draw a leg, its foot, and how much its force-free length varies."""
     hip, along = np.array(leg.hip), _direction(leg)
     foot = hip + leg.length * along
     above = 2 if colour != IMAGE else 1
@@ -117,18 +147,24 @@ def _leg(axes: Axes, leg: Leg, colour: str, size: float) -> None:
     if hip.any():
         axes.plot(*np.array([[0.0, 0.0], hip]).T, color=GRAY, linewidth=0.8, zorder=above)
     if leg.damping:
-        _damper(axes, hip, foot, colour, size)
-    spring(axes, tuple(hip), tuple(foot), colour, 0.018 * size)
+        _damper(axes, hip, foot, colour, math.copysign(0.06 * size, -leg.angle))
+    spring(axes, tuple(hip), tuple(foot), colour, 0.028 * size)
     axes.plot(*hip, "o", color=colour, markerfacecolor="white", markersize=3.5, zorder=3)
     axes.plot(*foot, "o", color=colour, zorder=3)
-    beyond = hip + (leg.length + leg.actuation + 0.09 * size) * along
-    axes.text(*beyond, leg.name, ha="center", va="center", color=colour if above == 2 else GRAY)
 
 
-def _damper(axes: Axes, hip: Floats, foot: Floats, colour: str, size: float) -> None:
-    """Draw a dashpot beside the spring."""
+def _name(axes: Axes, leg: Leg, colour: str, aside: bool, size: float) -> None:
+    """Write a leg's name beyond its foot, or beside it."""
+    foot = np.array(leg.hip) + leg.length * _direction(leg)
+    place = foot + size * np.array([0.08, 0.07]) if aside else foot + (leg.actuation + 0.09 * size) * _direction(leg)
+    axes.text(*place, leg.name, ha="center", va="center", color=colour)
+    axes.update_datalim([place - 0.05 * size, place + 0.05 * size])
+
+
+def _damper(axes: Axes, hip: Floats, foot: Floats, colour: str, distance: float) -> None:
+    """Draw a dashpot at a distance to the right of the spring, seen from the hip."""
     along = (foot - hip) / np.hypot(*(foot - hip))
-    aside = 0.06 * size * np.array([along[1], -along[0]])
+    aside = distance * np.array([along[1], -along[0]])
     length = float(np.hypot(*(foot - hip)))
 
     def line(*points: tuple[float, float]) -> None:
@@ -141,19 +177,25 @@ def _damper(axes: Axes, hip: Floats, foot: Floats, colour: str, size: float) -> 
     line((0.6, 1.0), (0.88, 1.0), (0.88, 0.0))
 
 
-def _arc(axes: Axes, centre: Floats, radius: float, low: float, high: float, words: str, size: float) -> None:
-    """Draw an angle between two directions (rad, counter-clockwise from the right)."""
+def _arc(axes: Axes, centre: Floats, radius: float, low: float, high: float, size: float) -> None:
+    """Draw an angle between two directions (rad, counter-clockwise from the right); a narrow one further out."""
+    words, half = f"{math.degrees(abs(high - low)):.3g}°", 0.5 * abs(high - low)
+    radius = max(radius, min(ROOM * size / math.sin(half), 2.0 * radius))
     turns = np.linspace(low, high, 40)
     axes.plot(centre[0] + radius * np.cos(turns), centre[1] + radius * np.sin(turns), color=GRAY, linewidth=0.7)
-    middle, away = 0.5 * (low + high), radius + 0.075 * size
+    # Where it is too narrow for words, they are on the other side of its first direction.
+    middle = 0.5 * (low + high) if half > NARROW else low - math.copysign(NARROW, high - low)
+    across, up = math.cos(middle), math.sin(middle)
+    away = radius + (0.03 if abs(across) > 0.5 else 0.075) * size
     axes.text(
-        centre[0] + away * math.cos(middle),
-        centre[1] + away * math.sin(middle),
+        centre[0] + away * across,
+        centre[1] + away * up,
         words,
-        ha="center",
+        ha="left" if across > 0.5 else "right" if across < -0.5 else "center",
         va="center",
         fontsize=SMALL,
         color=GRAY,
+        bbox={"facecolor": "white", "alpha": 0.7, "linewidth": 0.0, "pad": 0.3},
     )
 
 
@@ -161,15 +203,13 @@ def _angle(axes: Axes, leg: Leg, radius: float, size: float) -> None:
     """Draw the touch-down angle, from straight ahead."""
     hip = np.array(leg.hip)
     axes.plot([hip[0], hip[0]], [hip[1], hip[1] + radius + 0.05 * size], color=GRAY, linewidth=0.6, linestyle=":")
-    words = f"{abs(math.degrees(leg.angle)):.3g}°"
-    _arc(axes, hip, radius, math.pi / 2, math.pi / 2 + leg.angle, words, size)
+    _arc(axes, hip, radius, math.pi / 2, math.pi / 2 + leg.angle, size)
 
 
 def _attack(axes: Axes, leg: Leg, radius: float, size: float) -> None:
     """Draw the angle of attack, between the ground ahead of the foot or behind it, and the leg."""
     foot, up = np.array(leg.hip) + leg.length * _direction(leg), -_direction(leg)
-    low, high = sorted((math.atan2(up[1], up[0]), math.pi if up[0] < 0.0 else 0.0))
-    _arc(axes, foot, radius, low, high, f"{math.degrees(high - low):.3g}°", size)
+    _arc(axes, foot, radius, math.pi if up[0] < 0.0 else 0.0, math.atan2(up[1], up[0]), size)
 
 
 def _ground(axes: Axes, leg: Leg, size: float) -> None:
@@ -196,7 +236,7 @@ def _gravity(axes: Axes, animal: Animal, size: float) -> None:
         return
     arrow(axes, (right, 0.2 * size), (right, -0.2 * size))
     axes.text(right + 0.04 * size, 0.0, "$g$" if low == high == 90.0 else r"$g\,\sin\sigma$", va="center")
-    axes.plot(right + 0.25 * size, 0.0, alpha=0.0)
+    axes.update_datalim([(right, 0.25 * size), (right + 0.3 * size, -0.25 * size)])
 
 
 def _scale(axes: Axes, size: float) -> None:
@@ -207,7 +247,7 @@ def _scale(axes: Axes, size: float) -> None:
     left, low = axes.dataLim.x0, axes.dataLim.y0 - 0.12 * size
     axes.plot([left, left + length], [low, low], color=GRAY, linewidth=1.5, solid_capstyle="butt")
     axes.text(left + 0.5 * length, low - 0.02 * size, words, ha="center", va="top", color=GRAY, fontsize=SMALL)
-    axes.plot(left, low - 0.08 * size, alpha=0.0)
+    axes.update_datalim([(left, low - 0.12 * size)])
 
 
 def _path(axes: Axes, gait: Gait) -> None:
@@ -216,17 +256,17 @@ def _path(axes: Axes, gait: Gait) -> None:
     unit = 1e3 if gait.distance < 0.3 else 1.0
     position = unit * run["position"].values
     axes.plot(position[:, 0], position[:, 1], color="black")
-    names = [leg.name for leg in gait.animal.legs]
     stance = run["stance"].values.astype(bool)
-    for number, name in enumerate(names):
+    for number, pair in enumerate(gait.animal.pair_of):
         starts = np.flatnonzero(stance[1:, number] & ~stance[:-1, number]) + 1
         for row in [0, *starts] if stance[0, number] else starts:
             hip, foot = unit * run["hip"].values[row, number], unit * run["foot"].values[row, number]
-            colour = COLOURS[gait.animal.pair_of[number]]
+            colour = COLOURS[pair]
             axes.plot(*np.array([hip, foot]).T, color=colour, linewidth=0.8, alpha=0.6)
             axes.plot(*foot, "o", color=colour, markersize=3)
     words = "mm" if unit > 1.0 else "m"
     across, along = ("forward", "up") if gait.animal.sagittal else ("to the right", "ahead")
     axes.set(xlabel=f"{across} ({words})", ylabel=f"{along} ({words})")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title(f"{STRIDES} strides, slope {gait.slope_deg:g} deg, {gait.mean_speed:.3g} m/s")
+    slope = "" if gait.animal.sagittal else f", slope {gait.slope_deg:g} deg"
+    axes.set_title(f"{STRIDES} strides{slope}, {gait.mean_speed:.3g} m/s")
