@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, Polygon
 from numpy.typing import NDArray
 
+from legspring.figures.runs import length_unit
 from legspring.figures.strokes import arrow, spring
 from legspring.figures.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
 from legspring.gait import Gait
@@ -253,7 +254,7 @@ def _scale(axes: Axes, size: float) -> None:
 def _path(axes: Axes, gait: Gait) -> None:
     """Draw the path of the centre of mass over some strides, with the legs as they are put down."""
     run = gait.simulate(strides=STRIDES)
-    unit = 1e3 if gait.distance < 0.3 else 1.0
+    unit, words = length_unit(run)
     position = unit * run["position"].values
     axes.plot(position[:, 0], position[:, 1], color="black")
     stance = run["stance"].values.astype(bool)
@@ -264,7 +265,6 @@ def _path(axes: Axes, gait: Gait) -> None:
             colour = COLOURS[pair]
             axes.plot(*np.array([hip, foot]).T, color=colour, linewidth=0.8, alpha=0.6)
             axes.plot(*foot, "o", color=colour, markersize=3)
-    words = "mm" if unit > 1.0 else "m"
     across, along = ("forward", "up") if gait.animal.sagittal else ("to the right", "ahead")
     axes.set(xlabel=f"{across} ({words})", ylabel=f"{along} ({words})")
     axes.set_aspect("equal", adjustable="datalim")
