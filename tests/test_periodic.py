@@ -101,7 +101,7 @@ def test_what_gaits_with_headings_of_their_own_do_not_take() -> None:
         ls.find_gaits(animal, heading=0.1)
     with pytest.raises(ModelError, match=r"slope = 10 deg: must be 0 deg$"):
         ls.find_gaits(animal, slope_deg=10)
-    with pytest.raises(ValueError, match="must have actuated legs whose phases are not given for a gait at a given"):
+    with pytest.raises(ValueError, match="must have actuated legs whose phases are not given for a map over slope"):
         ls.atlas(animal, slopes_deg=[0], headings=[0.1])
     with pytest.raises(ValueError, match="must have actuated legs whose phases are not given for its actuation to be"):
         ls.optimize(animal, slope_deg=0, heading=0.1)

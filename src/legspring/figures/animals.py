@@ -158,7 +158,7 @@ def _name(axes: Axes, leg: Leg, colour: str, aside: bool, size: float) -> None:
     """Write a leg's name beyond its foot, or beside it."""
     foot = np.array(leg.hip) + leg.length * _direction(leg)
     place = foot + size * np.array([0.08, 0.07]) if aside else foot + (leg.actuation + 0.09 * size) * _direction(leg)
-    axes.text(*place, leg.name, ha="center", va="center", color=colour)
+    axes.text(place[0], place[1], leg.name, ha="center", va="center", color=colour)
     axes.update_datalim([place - 0.05 * size, place + 0.05 * size])
 
 
