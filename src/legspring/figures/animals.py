@@ -236,8 +236,8 @@ def _gravity(axes: Axes, animal: Animal, size: float) -> None:
         axes.text(right, -0.09 * size, "$g$", ha="center", va="top")
         return
     arrow(axes, (right, 0.2 * size), (right, -0.2 * size))
-    axes.text(right + 0.04 * size, 0.0, "$g$" if low == high == 90.0 else r"$g\,\sin\sigma$", va="center")
-    axes.update_datalim([(right, 0.25 * size), (right + 0.3 * size, -0.25 * size)])
+    axes.text(right + 0.06 * size, 0.0, "$g$" if low == high == 90.0 else r"$g\,\sin\sigma$", va="center")
+    axes.update_datalim([(right, 0.25 * size), (right + 0.35 * size, -0.25 * size)])
 
 
 def _scale(axes: Axes, size: float) -> None:
