@@ -85,10 +85,8 @@ def _integrator(n_legs: int, law: Law) -> Any:
         distance = hy.sqrt(r_x**2 + r_y**2)
         lengthening = -(r_x * (vx - omega * arm_y) + r_y * (vy + omega * arm_x)) / distance
         age = hy.make_vars("age")
-        free = law(hy, age, l0, ldev, phi)
-        free_rate = hy.subs(hy.diff(free, age), {age: hy.time - begun})
-        free = hy.subs(free, {age: hy.time - begun})
-        pull = k * (distance - free) + c * (lengthening - free_rate)
+        free = hy.subs(law(hy, age, l0, ldev, phi), {age: hy.time - begun})
+        pull = k * (distance - free) + c * lengthening
         pulls.append(pull)
         force_x, force_y = down * pull * r_x / distance, down * pull * r_y / distance
         forces.append((force_x, force_y, (foot_x - x) * force_y - (foot_y - y) * force_x))

@@ -88,7 +88,7 @@ def step_tangents(s: float, h: float, w: Walker) -> None:
     """Take the derivatives along the step tried last: the same stages, so that they are those of the numbers."""
     for j in range(1, STAGES + 1):
         combine_all(w.flat_y, h, A, j, j, w.flat_k, w.flat_ahead)
-        tangent_rates(s + C[j] * h, w.ahead, w.stance, w.contacts, w.body, w.k[j])
+        tangent_rates(s + C[j] * h, w.ahead, w.stance, w.contacts, w.body, w.clock, w.k[j])
     # The values again, to their last digit: derivatives are not to change the motion.
     combine(w.y, h, A, STAGES, STAGES, w.k, w.ahead)
 
@@ -118,7 +118,7 @@ def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
         combine_all(w.flat_y, h, A_EXTRA, j, last, w.flat_k, w.flat_room)
         rates(time, w.room, w.stance, w.contacts, w.body, w.clock, w.k[last])
         if w.y.shape[1] > 1:
-            tangent_rates(time, w.room, w.stance, w.contacts, w.body, w.k[last])
+            tangent_rates(time, w.room, w.stance, w.contacts, w.body, w.clock, w.k[last])
     w.clock[EVALUATIONS] += 3
     for row in range(w.y.shape[0]):
         for d in range(w.y.shape[1]):

@@ -7,6 +7,7 @@ from legspring.kernel.length import law
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, put_down, raise_leg
 from legspring.kernel.walker import (
+    ALL_PLAIN,
     ANGLE,
     ARM_X,
     ARM_Y,
@@ -21,9 +22,11 @@ from legspring.kernel.walker import (
     LENGTH,
     LEVEL,
     LEVER,
+    MANNER,
     NEXT_STEP,
     NOTHING,
     OFFSET,
+    PLAIN,
     SIDE,
     SIGN,
     STAY,
@@ -106,7 +109,7 @@ def prepare_events(w: Walker) -> None:
         w.contacts[i, LEVEL] = w.ground[0]
         if w.legs[i, TRIGGER, 0] == GROUND:
             hold_ready(i, w)
-    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
+    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
     for i in range(w.contacts.shape[0]):
         if w.contacts[i, WATCHED] != NOTHING and w.contacts[i, SIGN] == 0.0 and w.legs[i, TRIGGER, 0] != CLOCK:
             aim(i, w)
@@ -132,15 +135,17 @@ def launch(w: Walker, start: Floats) -> None:
     w.clock[LEVER] = 0.0
     for i in range(w.legs.shape[0]):
         w.clock[LEVER] = max(w.clock[LEVER], 3.0 * w.legs[i, LENGTH, 0])
-    w.clock[EVENT_DRIVEN] = 1.0
+    w.clock[EVENT_DRIVEN] = w.clock[ALL_PLAIN] = 1.0
     events = False
     for i in range(w.contacts.shape[0]):
         place(i, w, start)
+        if w.stance[i, MANNER, 0] != PLAIN:
+            w.clock[ALL_PLAIN] = 0.0
         if w.legs[i, TRIGGER, 0] == CLOCK:
             w.clock[EVENT_DRIVEN] = 0.0
         else:
             events = True
-    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
+    measure_gaps(0.0, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
     for i in range(w.contacts.shape[0]):
         # A leg that the clock lifts stands until then, whatever its force.
         if w.contacts[i, WATCHED] == FORCE and w.contacts[i, SIGN] * w.gaps[0, i, 0] < 0.0:

@@ -25,7 +25,7 @@ from legspring.kernel.walker import (
 )
 from legspring.kernel.written import call
 
-Law = tuple[float, float, float, float, float, float, float, float, float, float, float]
+Law = tuple[float, float, float, float, float, float, float]
 
 
 @jit
@@ -92,18 +92,14 @@ def law(s: float, stance: Floats, i: int, phase: tuple[float, float]) -> Law:
     -------
     tuple of float
         The force-free length and its first two rates; the partial derivatives of the length by the rows of the stance
-        from LAW to BEGUN; those of its rate.
+        from LAW to BEGUN.
     """
     if stance[i, MANNER, 0] <= DAMPED:
         sine, cosine = phase
         a, b, c = stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0]
         rate, second = length_rates(b, c, sine, cosine)
         by_a, by_b, by_c = length_partials(sine, cosine)
-        return (
-            length(a, b, c, sine, cosine), rate, second,
-            by_a, by_b, by_c, 0.0,
-            0.0, -math.pi * cosine, math.pi * sine, 0.0,
-        )  # fmt: skip
+        return length(a, b, c, sine, cosine), rate, second, by_a, by_b, by_c, 0.0
     n = call(
         stance[i, MANNER, 0],
         s - stance[i, BEGUN, 0],
@@ -111,4 +107,4 @@ def law(s: float, stance: Floats, i: int, phase: tuple[float, float]) -> Law:
         stance[i, LAW + 1, 0],
         stance[i, LAW + 2, 0],
     )
-    return n[0], n[1], n[2], n[3], n[4], n[5], -n[1], n[6], n[7], n[8], -n[2]
+    return n[0], n[1], n[2], n[3], n[4], n[5], -n[1]

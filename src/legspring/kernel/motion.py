@@ -6,6 +6,7 @@ from typing import NamedTuple
 from legspring.kernel.jit import formula, jit
 from legspring.kernel.length import Law, law, length, length_partials, length_rates
 from legspring.kernel.walker import (
+    ALL_PLAIN,
     ARM_X,
     ARM_Y,
     DAMPER,
@@ -20,8 +21,6 @@ from legspring.kernel.walker import (
     HEIGHT,
     LAW,
     LEVEL,
-    MANNER,
-    PLAIN,
     PUSH_X,
     PUSH_Y,
     SPRING,
@@ -62,13 +61,18 @@ def rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, c
     ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
     ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
     moment = 0.0
-    for i in range(contacts.shape[0]):
-        if contacts[i, DOWN] != 0.0:
-            rx, ry, hx, hy, r, force = leg_force(s, y, stance, i, lean, phase)
-            pull = force / r
-            ax += pull * rx
-            ay += pull * ry
-            moment += pull * (hx * ry - hy * rx)
+    if clock[ALL_PLAIN] != 0.0:
+        for i in range(contacts.shape[0]):
+            if contacts[i, DOWN] != 0.0:
+                rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
+                pull = stance[i, SPRING, 0] * gap / r
+                ax += pull * rx
+                ay += pull * ry
+                moment += pull * (hx * ry - hy * rx)
+    else:
+        fx, fy, moment = any_forces(s, y, stance, contacts, lean, phase)
+        ax += fx
+        ay += fy
     out[X, 0] = y[VX, 0]
     out[Y, 0] = y[VY, 0]
     out[VX, 0] = ax
@@ -88,21 +92,17 @@ def reach(y: Floats, stance: Floats, i: int, lean: Pair) -> tuple[float, float, 
 
 
 @formula
-def leg_force(
-    s: float, y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair
+def spring(
+    y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair
 ) -> tuple[float, float, float, float, float, float]:
-    """Leg i as `reach` gives it, and its force (per mass, > 0 pulling)."""
+    """Leg i as `reach` gives it, and its gap |r| - l, for the law of the sinusoid."""
     rx, ry, hx, hy, r = reach(y, stance, i, lean)
-    if stance[i, MANNER, 0] == PLAIN:
-        free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
-        force = stance[i, SPRING, 0] * (r - free)
-    else:
-        force = any_force(s, y, stance, i, lean, phase)
-    return rx, ry, hx, hy, r, force
+    free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
+    return rx, ry, hx, hy, r, r - free
 
 
 class Strut(NamedTuple):
-    """A moving leg: vector from hip to foot, its length and rate; the hip; gap |r| - l, its rate; force per mass."""
+    """A moving leg: vector from hip to foot, its length and rate; hip; gap |r| - l, rate of |r|; force per mass."""
 
     rx: float
     ry: float
@@ -117,25 +117,44 @@ class Strut(NamedTuple):
 
 
 @formula
-def strut(y: Floats, stance: Floats, i: int, lean: Pair, free: float, free_rate: float) -> Strut:
+def strut(y: Floats, stance: Floats, i: int, lean: Pair, free: float) -> Strut:
     """Leg i with everything that its force depends on."""
     rx, ry, hx, hy, r = reach(y, stance, i, lean)
     spin = y[YAW_RATE, 0] if y.shape[0] == 6 else 0.0
     vx, vy = spin * hy - y[VX, 0], -spin * hx - y[VY, 0]
-    gap, rate = r - free, (rx * vx + ry * vy) / r - free_rate
+    gap, rate = r - free, (rx * vx + ry * vy) / r
     force = stance[i, SPRING, 0] * gap + stance[i, DAMPER, 0] * rate
     return Strut(rx, ry, r, vx, vy, hx, hy, gap, rate, force)
 
 
-@jit
-def any_force(s: float, y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> float:
-    """Force of leg i (per mass, > 0 pulling), whatever its law, and with its damper."""
+@formula
+def leg_force(
+    s: float, y: Floats, stance: Floats, i: int, lean: Pair, phase: Pair
+) -> tuple[float, float, float, float, float, float]:
+    """Leg i as `reach` gives it, and its force (per mass, > 0 pulling), whatever its law, and with its damper."""
     numbers = law(s, stance, i, phase)
-    return strut(y, stance, i, lean, numbers[0], numbers[1]).force
+    leg = strut(y, stance, i, lean, numbers[0])
+    return leg.rx, leg.ry, leg.hx, leg.hy, leg.r, leg.force
 
 
 @jit
-def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, out: Floats) -> None:
+def any_forces(s: float, y: Floats, stance: Floats, contacts: Floats, lean: Pair, phase: Pair) -> Triple:
+    """Sum of the forces (x, y, per mass) and moments of all legs in stance, whatever their laws and dampers."""
+    ax = ay = moment = 0.0
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] != 0.0:
+            rx, ry, hx, hy, r, force = leg_force(s, y, stance, i, lean, phase)
+            pull = force / r
+            ax += pull * rx
+            ay += pull * ry
+            moment += pull * (hx * ry - hy * rx)
+    return ax, ay, moment
+
+
+@jit
+def tangent_rates(
+    s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, out: Floats
+) -> None:
     """Write the time derivatives of the derivatives in ``y`` into ``out`` (variational equations)."""
     rows, width = y.shape
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
@@ -149,12 +168,12 @@ def tangent_rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: F
             out[YAW, d] = y[YAW_RATE, d]
             out[YAW_RATE, d] = 0.0
     moment = 0.0
-    for i in range(contacts.shape[0]):
-        if contacts[i, DOWN] != 0.0:
-            if stance[i, MANNER, 0] == PLAIN:
+    if clock[ALL_PLAIN] != 0.0:
+        for i in range(contacts.shape[0]):
+            if contacts[i, DOWN] != 0.0:
                 moment += add_tangents(y, stance, i, out, lean, phase, contacts[i, VARIED] != 0.0)
-            else:
-                moment += add_any_tangents(s, y, stance, i, out, lean, phase)
+    else:
+        moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
     if rows == 6:
         for d in range(1, width):
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
@@ -171,8 +190,7 @@ def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, pha
     so that each row is a fixed linear combination of the rows of the stance and of the state. The hip moves with
     its offset in the body, turned by the yaw, and with the yaw itself.
     """
-    rx, ry, hx, hy, r = reach(y, stance, i, lean)
-    gap = r - length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
+    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
     ux, uy, q, stiffness = rx / r, ry / r, gap / r, stance[i, SPRING, 0]
     along = stiffness * (1.0 - q)
     kxx, kxy, kyy = stiffness * q + along * ux * ux, along * ux * uy, stiffness * q + along * uy * uy
@@ -233,8 +251,8 @@ def change(
 ) -> tuple[float, float, float, float, float]:
     """Differentiate leg i along one direction: vector from hip to foot (x, y), hip (x, y), force.
 
-    With r = |r| u, the gap g = |r| - l and the force k g + c g', the derivative of the rate g' = u r' - l' is
-    u dr' + du r' - dl', du = (dr - u (u dr)) / |r|.
+    With r = |r| u, the gap g = |r| - l and the force k g + c |r|', the derivative of the rate |r|' = u r' is
+    u dr' + du r', du = (dr - u (u dr)) / |r|.
     """
     ux, uy, spin, yaw, spin_d = leg.rx / leg.r, leg.ry / leg.r, 0.0, 0.0, 0.0
     if y.shape[0] == 6:
@@ -247,8 +265,6 @@ def change(
     rate = ux * vx + uy * vy + ((rx - along * ux) * leg.vx + (ry - along * uy) * leg.vy) / leg.r
     gap -= numbers[3] * stance[i, LAW, d] + numbers[4] * stance[i, LAW + 1, d]
     gap -= numbers[5] * stance[i, LAW + 2, d] + numbers[6] * stance[i, LAW + 3, d]
-    rate -= numbers[7] * stance[i, LAW, d] + numbers[8] * stance[i, LAW + 1, d]
-    rate -= numbers[9] * stance[i, LAW + 2, d] + numbers[10] * stance[i, LAW + 3, d]
     force = stance[i, SPRING, 0] * gap + leg.gap * stance[i, SPRING, d]
     force += stance[i, DAMPER, 0] * rate + leg.rate * stance[i, DAMPER, d]
     return rx, ry, hx, hy, force
@@ -259,60 +275,73 @@ def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> N
     """Write the derivatives of the force (per mass) of leg i at time s into ``out``."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
     numbers = law(s, stance, i, phase)
-    leg = strut(y, stance, i, lean, numbers[0], numbers[1])
+    leg = strut(y, stance, i, lean, numbers[0])
     for d in range(1, out.size):
         out[d] = change(y, stance, i, d, lean, leg, numbers)[4]
 
 
 @jit
-def add_any_tangents(s: float, y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair) -> float:
-    """Do what `add_tangents` does for a leg with any law and damper."""
-    numbers = law(s, stance, i, phase)
-    leg = strut(y, stance, i, lean, numbers[0], numbers[1])
-    ux, uy = leg.rx / leg.r, leg.ry / leg.r
-    fx, fy = leg.force * ux, leg.force * uy
-    for d in range(1, y.shape[1]):
-        rx, ry, hx, hy, force = change(y, stance, i, d, lean, leg, numbers)
-        along = ux * rx + uy * ry
-        fx_d = force * ux + leg.force * (rx - along * ux) / leg.r
-        fy_d = force * uy + leg.force * (ry - along * uy) / leg.r
-        out[VX, d] += fx_d
-        out[VY, d] += fy_d
-        if y.shape[0] == 6:
-            out[YAW_RATE, d] += hx * fy + leg.hx * fy_d - hy * fx - leg.hy * fx_d
-    return leg.hx * fy - leg.hy * fx
-
-
-@jit
-def any_gap(s: float, stance: Floats, i: int, phase: Pair, r: float, rate: float, second: float) -> Triple:
-    """Gap of leg i with any law and damper, and its rates, from the leg's length and its rates.
-
-    With a damper the gap is the force by the stiffness; its second derivative would take one more of the state: nan.
-    """
-    numbers = law(s, stance, i, phase)
-    gap, rate, second = r - numbers[0], rate - numbers[1], second - numbers[2]
-    damper = stance[i, DAMPER, 0] / stance[i, SPRING, 0]
-    if damper == 0.0:
-        return gap, rate, second
-    return gap + damper * rate, rate + damper * second, math.nan
+def add_any_tangents(
+    s: float, y: Floats, stance: Floats, contacts: Floats, out: Floats, lean: Pair, phase: Pair
+) -> float:
+    """Do what `add_tangents` does, for all legs in stance, whatever their laws and dampers."""
+    moment = 0.0
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] == 0.0:
+            continue
+        numbers = law(s, stance, i, phase)
+        leg = strut(y, stance, i, lean, numbers[0])
+        ux, uy = leg.rx / leg.r, leg.ry / leg.r
+        fx, fy = leg.force * ux, leg.force * uy
+        for d in range(1, y.shape[1]):
+            rx, ry, hx, hy, force = change(y, stance, i, d, lean, leg, numbers)
+            along = ux * rx + uy * ry
+            fx_d = force * ux + leg.force * (rx - along * ux) / leg.r
+            fy_d = force * uy + leg.force * (ry - along * uy) / leg.r
+            out[VX, d] += fx_d
+            out[VY, d] += fy_d
+            if y.shape[0] == 6:
+                out[YAW_RATE, d] += hx * fy + leg.hx * fy_d - hy * fx - leg.hy * fx_d
+        moment += leg.hx * fy - leg.hy * fx
+    return moment
 
 
 @formula
-def gap_rates(s: float, y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
-    """Gap of leg i and its first two time derivatives, in the state y whose rates are ``f``."""
-    rx, ry, hx, hy, r = reach(y, stance, i, lean)
+def stretch_rates(
+    y: Floats, f: Floats, lean: Pair, rx: float, ry: float, hx: float, hy: float, r: float
+) -> tuple[float, float]:
+    """First two time derivatives of the length of a leg, as `reach` gives it, in the state y whose rates are ``f``."""
     vx, vy, ax, ay = -y[VX, 0], -y[VY, 0], -f[VX, 0], -f[VY, 0]
     if y.shape[0] == 6:
         spin, spin_rate = y[YAW_RATE, 0], f[YAW_RATE, 0]
         vx, vy = vx + spin * hy, vy - spin * hx
         ax, ay = ax + spin_rate * hy + spin**2 * hx, ay - spin_rate * hx + spin**2 * hy
     rate = (rx * vx + ry * vy) / r
-    second = (vx * vx + vy * vy + rx * ax + ry * ay - rate * rate) / r
-    if stance[i, MANNER, 0] != PLAIN:
-        return any_gap(s, stance, i, phase, r, rate, second)
-    free = length(stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
+    return rate, (vx * vx + vy * vy + rx * ax + ry * ay - rate * rate) / r
+
+
+@formula
+def gap_rates(y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
+    """Gap |r| - l of leg i and its first two time derivatives, in the state y whose rates are ``f``."""
+    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
+    rate, second = stretch_rates(y, f, lean, rx, ry, hx, hy, r)
     free_rate, free_second = length_rates(stance[i, LAW + 1, 0], stance[i, LAW + 2, 0], phase[0], phase[1])
-    return r - free, rate - free_rate, second - free_second
+    return gap, rate - free_rate, second - free_second
+
+
+@jit
+def any_gap_rates(s: float, y: Floats, f: Floats, stance: Floats, i: int, lean: Pair, phase: Pair) -> Triple:
+    """Gap of leg i with any law and damper, and its first two time derivatives.
+
+    With a damper the gap is the force by the stiffness; its second derivative would take one more of the state: nan.
+    """
+    rx, ry, hx, hy, r = reach(y, stance, i, lean)
+    rate, second = stretch_rates(y, f, lean, rx, ry, hx, hy, r)
+    numbers = law(s, stance, i, phase)
+    if stance[i, DAMPER, 0] == 0.0:
+        return r - numbers[0], rate - numbers[1], second - numbers[2]
+    damper = stance[i, DAMPER, 0] / stance[i, SPRING, 0]
+    return r - numbers[0] + damper * rate, rate - numbers[1] + damper * second, math.nan
 
 
 @formula
@@ -327,11 +356,17 @@ def height_rates(y: Floats, f: Floats, contacts: Floats, i: int, lean: Pair) -> 
 
 
 @jit
-def measure_gaps(s: float, y: Floats, f: Floats, stance: Floats, contacts: Floats, gaps: Floats) -> None:
+def measure_gaps(s: float, y: Floats, f: Floats, stance: Floats, contacts: Floats, clock: Floats, gaps: Floats) -> None:
     """Write the gap and its rates for every leg whose gap is watched into ``gaps``; ``f`` holds the rates of y."""
     lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    if clock[ALL_PLAIN] != 0.0:
+        for i in range(contacts.shape[0]):
+            if contacts[i, WATCHED] == FORCE:
+                gaps[i, 0], gaps[i, 1], gaps[i, 2] = gap_rates(y, f, stance, i, lean, phase)
+    else:
+        for i in range(contacts.shape[0]):
+            if contacts[i, WATCHED] == FORCE:
+                gaps[i, 0], gaps[i, 1], gaps[i, 2] = any_gap_rates(s, y, f, stance, i, lean, phase)
     for i in range(contacts.shape[0]):
-        if contacts[i, WATCHED] == FORCE:
-            gaps[i, 0], gaps[i, 1], gaps[i, 2] = gap_rates(s, y, f, stance, i, lean, phase)
-        elif contacts[i, WATCHED] == HEIGHT:
+        if contacts[i, WATCHED] == HEIGHT:
             gaps[i, 0], gaps[i, 1], gaps[i, 2] = height_rates(y, f, contacts, i, lean)

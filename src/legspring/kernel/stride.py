@@ -139,8 +139,8 @@ def refresh(s: float, w: Walker) -> None:
     rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
     w.clock[EVALUATIONS] += 1
     if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
-    measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.gaps[0])
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
+    measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
 
 
 @formula
@@ -209,8 +209,7 @@ def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
                 ends |= land(s, j, w, tape)
     refresh(s, w)
     slide_derivatives(w.delay, -1.0, w)
-    if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+    refresh(s, w)
     for j in range(w.contacts.shape[0]):
         if w.contacts[j, WATCHED] != NOTHING and w.contacts[j, SIGN] == 0.0 and w.legs[j, TRIGGER, 0] != CLOCK:
             aim(j, w)
@@ -276,7 +275,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.k[0])
+        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
     return happened, ends
 
 
@@ -315,7 +314,7 @@ def move_end(s: float, shift: float, w: Walker) -> None:
     rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
     w.clock[EVALUATIONS] += 1
     if w.y.shape[1] > 1:
-        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.k[13])
+        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
     slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 
@@ -362,7 +361,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
                 return STEP_TOO_SMALL, h, 0.0, -1
             continue
         w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
-        measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.gaps[1])
+        measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.clock, w.gaps[1])
         kind, where, leg = next_event(s, h, w.contacts, w.gaps)
         if kind == NONE or (kind == HERE and s + h + where > bound):
             return OK, h, 0.0, -1

@@ -41,8 +41,8 @@ N_CONTACT = 10
 # What is watched of a leg: nothing, when its force is zero, or when the height of its foot is.
 NOTHING, FORCE, HEIGHT = 0.0, 1.0, 2.0
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
-TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y, EVENT_DRIVEN = 0, 1, 2, 3, 4, 6, 8
-N_CLOCK = 9
+TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y, EVENT_DRIVEN, ALL_PLAIN = 0, 1, 2, 3, 4, 6, 8, 9
+N_CLOCK = 10
 
 TOUCHDOWN, LIFTOFF = 0, 1
 
@@ -71,8 +71,9 @@ class Walker(NamedTuple):
         ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
         a leg which waits for the ground is the height of its foot above it.
     clock
-        ``(9,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
-        error of the yaw one of a position, the push now, and whether no leg touches down by the clock.
+        ``(10,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
+        error of the yaw one of a position, the push now, whether no leg touches down by the clock, and whether the
+        manner of all legs is plain.
     y
         ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
     stance

@@ -1,7 +1,7 @@
 """Length laws that users write: compiled one by one, called through their address, so that the kernel is compiled once.
 
-The function at such an address writes nine numbers: the force-free length with its first two time derivatives, and the
-partial derivatives of length and rate by l0, ldev and phi.
+The function at such an address writes six numbers: the force-free length with its first two time derivatives, and its
+partial derivatives by l0, ldev and phi.
 """
 
 from collections.abc import Callable
@@ -17,8 +17,8 @@ from legspring.model.formula import VARIABLES, parse
 
 compiler: Any = numba  # whose types leave out what is needed here
 tools: Any = cgutils
-NUMBERS = 9
-Nine = tuple[float, float, float, float, float, float, float, float, float]
+NUMBERS = 6
+Six = tuple[float, float, float, float, float, float]
 
 
 @cache
@@ -30,15 +30,13 @@ def compiled(text: str) -> Any:
     time, *coefficients = variables
     length = parse(text)
     rates = [length, length.diff(time), length.diff(time, 2)]
-    partials = [rate.diff(coefficient) for rate in rates[:2] for coefficient in coefficients]
-    evaluate: Callable[..., Nine] = sympy.lambdify(variables, tuple(rates + partials), modules="math", cse=True)
+    partials = [length.diff(coefficient) for coefficient in coefficients]
+    evaluate: Callable[..., Six] = sympy.lambdify(variables, tuple(rates + partials), modules="math", cse=True)
     law = compiler.njit(evaluate, error_model="numpy")
 
     def write(t: float, l0: float, ldev: float, phi: float, out: Any) -> None:
         numbers = compiler.carray(out, NUMBERS)
-        a, b, c, d, e, f, g, h, i = law(t, l0, ldev, phi)
-        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4] = a, b, c, d, e
-        numbers[5], numbers[6], numbers[7], numbers[8] = f, g, h, i
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5] = law(t, l0, ldev, phi)
 
     number = compiler.float64
     signature = compiler.void(number, number, number, number, compiler.types.CPointer(number))

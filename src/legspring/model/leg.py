@@ -26,10 +26,9 @@ def _close(one: float, other: float) -> bool:
 class Leg(Frozen):
     """A leg, eqs (2.1)-(2.2) and the placement of its foot.
 
-    Along the leg acts the force k (abs(r) - l) + c d(abs(r) - l)/dt, from hip to foot where it is
-    positive: a spring with a damper beside it, both between the foot and the end of the force-free
-    length l, so that the damper is idle while the leg follows that length. A foot is always put down at
-    the leg's force-free length and angle.
+    Along the leg acts the force k (abs(r) - l) + c d abs(r)/dt, from hip to foot where it is positive: a
+    spring, whose force-free length l may be actuated, and beside all of it a damper. A foot is always put
+    down at the leg's force-free length and angle; a damper's force begins at once.
 
     Parameters
     ----------
