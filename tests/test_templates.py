@@ -83,7 +83,7 @@ def test_simulation_of_the_inverted_pendulum() -> None:
     animal = inverted_pendulum()
     start = at_touch_down(animal, *APEX)
     run = simulate(
-        animal, slope_deg=90, heading=start.heading, speed=start.speed, phase=[0.0], family="push", strides=1
+        animal, slope_deg=90, heading=start.heading, speed=start.speed, phase=[0.0], family="push", strides=2
     )
     height = run.position[:, 1] - run.foot[0, 0, 1]
     assert height.max() == pytest.approx(APEX[0], abs=1e-4)

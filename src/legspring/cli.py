@@ -14,16 +14,28 @@ import typer
 from typer.core import TyperGroup
 
 import legspring
-from legspring.printing import describe_gait, describe_optimum, print_gaits, print_json, print_optimum, print_run
+from legspring.printing import (
+    describe_animal,
+    describe_gait,
+    describe_optimum,
+    print_animals,
+    print_gaits,
+    print_json,
+    print_optimum,
+    print_run,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from legspring.gait import Gait
+    from legspring.model import Animal
     from legspring.solve import Search
 
 T = TypeVar("T")
 
+EXAMPLE_SLOPE, EXAMPLE_HEADING = 45.0, 0.15
+"""Of the gaits that are drawn beside presets, deg and rad."""
 BAD_INPUT, NO_GAIT, INTERRUPTED = 2, 1, 130
 """Exit statuses other than 0."""
 
@@ -80,15 +92,20 @@ AnimalName = Annotated[
     typer.Argument(metavar="ANIMAL", help="A preset's name, such as cockroach, or a TOML file.", show_default=False),
 ]
 Slope = Annotated[
-    float,
-    typer.Option(parser=number, metavar="DEG", help="Slope in degrees, uphill positive.", show_default=False),
+    float | None,
+    typer.Option(
+        parser=number,
+        metavar="DEG",
+        help="Slope in degrees, uphill positive; may be left out where an animal is for one slope only.",
+        show_default=False,
+    ),
 ]
 Heading = Annotated[
-    float,
+    float | None,
     typer.Option(
         parser=number,
         metavar="RAD",
-        help="Initial heading in radians, counter-clockwise from uphill.",
+        help="Initial heading in radians, counter-clockwise from uphill; none where gaits have headings of their own.",
         show_default=False,
     ),
 ]
@@ -131,22 +148,42 @@ def describe(
 
 
 @app.command()
-def presets() -> None:
+def presets(
+    as_json: Json = False,
+    figure: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw all of them: .png, .pdf or .svg.")] = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Draw each of them with a gait of its own into this directory.")
+    ] = None,
+) -> None:
     """List the animals that come with Legspring, one a line.
 
-    Example: legspring presets
+    Example: legspring presets --figures animals
     """
-    from legspring.model import presets
+    from legspring.model import load_animal, presets
 
-    for name in presets():
-        typer.echo(name)
+    check_figure(figure)
+    if figures is not None:
+        from legspring.files import make_directory
+
+        make_directory(figures)
+    animals = [load_animal(name) for name in presets()]
+    if as_json:
+        print_json([describe_animal(animal) for animal in animals])
+    else:
+        print_animals(animals)
+    if figure is not None:
+        from legspring.figures import draw_animals, save_figure
+
+        save_figure(draw_animals(animals), figure)
+    if figures is not None:
+        draw_presets(animals, figures)
 
 
 @app.command()
 def gaits(
     animal: AnimalName,
-    slope: Slope,
-    heading: Heading,
+    slope: Slope = None,
+    heading: Heading = None,
     family: Family = None,
     actuation: Actuation = None,
     as_json: Json = False,
@@ -155,6 +192,8 @@ def gaits(
     """Find all gaits at one slope and heading; --figure draws the first one.
 
     Example: legspring gaits cockroach --slope 45 --heading 0.15
+
+    Example: legspring gaits lateral_leg_spring
     """
     check_figure(figure)
     search = search_at(animal, slope, heading, family, actuation)
@@ -175,8 +214,8 @@ def gaits(
 @app.command()
 def simulate(
     animal: AnimalName,
-    slope: Slope,
-    heading: Heading,
+    slope: Slope = None,
+    heading: Heading = None,
     branch: Branch = None,
     family: Family = None,
     speed: Annotated[
@@ -187,23 +226,27 @@ def simulate(
         str | None,
         typer.Option(
             metavar="F,M,B",
-            help="Phase of each pair of legs in degrees, for a start that is no gait.",
+            help="Phase of each pair of legs in degrees, for a start that is no gait; by default the animal's.",
             show_default=False,
         ),
     ] = None,
     actuation: Actuation = None,
-    strides: Annotated[float, typer.Option(parser=number, metavar="NUMBER", help="How long; a multiple of 0.5.")] = 2.0,
+    strides: Annotated[
+        float, typer.Option(parser=number, metavar="NUMBER", help="How long; half a stride is a step.")
+    ] = 2.0,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Save the time series: .nc (netCDF) or .csv (without events).")
     ] = None,
     as_json: Json = False,
     figure: FigureFile = None,
 ) -> None:
-    """Simulate a gait, or any start given by --speed, --phase and --family.
+    """Simulate a gait, or any start given by --speed, --heading, --phase and --family.
 
     Example: legspring simulate cockroach --slope 45 --heading 0.15 --strides 4 --out run.nc --figure run.png
 
     Example: legspring simulate cockroach --slope 0 --heading 0.15 --speed 0.375 --phase 63,4,-49 --family A
+
+    Example: legspring simulate lateral_leg_spring --speed 0.5 --heading 0.1 --strides 20
     """
     if out is not None:
         from legspring.files import check_output
@@ -214,8 +257,8 @@ def simulate(
         gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
         run, about = gait.simulate(strides), {"family": gait.family, "branch": gait.branch}
     else:
-        if speed is None or phase is None or family is None or branch is not None:
-            raise ValueError("a start that is no gait must have --speed, --phase and --family, and no --branch")
+        if branch is not None:
+            raise ValueError(f"--branch = {branch}: must be left out for a start that is no gait")
         run = simulate_start(animal, slope, heading, speed, phase, family, actuation, strides)
         about = {"family": family, "branch": None}
     save_run(run, out, figure)
@@ -225,8 +268,8 @@ def simulate(
 @app.command()
 def recover(
     animal: AnimalName,
-    slope: Slope,
-    heading: Heading,
+    slope: Slope = None,
+    heading: Heading = None,
     impulse: Annotated[
         float,
         typer.Option(parser=number, metavar="NUMBER", help="Sideways impulse in units of m v_des, > 0 to the right."),
@@ -255,7 +298,7 @@ def recover(
         }
         print_json([about | outcome])
     else:
-        elsewhere = "settled on another gait" if recovery.other_gait else "not back within 50 strides"
+        elsewhere = "settled on another gait" if recovery.other_gait else "not back within 100 steps"
         elsewhere = recovery.failure or elsewhere
         steps = elsewhere if recovery.steps is None else f"back after {recovery.steps} steps"
         typer.echo(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
@@ -308,8 +351,8 @@ def atlas(
 @app.command()
 def optimize(
     animal: AnimalName,
-    slope: Slope,
-    heading: Heading,
+    slope: Slope = None,
+    heading: Heading = None,
     objective: Annotated[
         str, typer.Option(metavar="GOAL", help="What to reach: stability or efficiency.")
     ] = "stability",
@@ -331,11 +374,15 @@ def optimize(
 
     check_figure(figure)
     creature = load_animal(animal)
+    with patience("loading"):
+        from legspring.solve import check_tuned
+    check_tuned(creature, "for its actuation to be optimised")
+    check_place(creature, slope, heading)
     with patience("searching for the best actuation"):
         best = legspring.optimize(
             creature,
             slope_deg=slope,
-            heading=heading,
+            heading=heading,  # type: ignore[arg-type]  # checked above
             family=family,
             objective=objective,  # type: ignore[arg-type]  # checked there
             map=map,  # type: ignore[arg-type]
@@ -348,7 +395,7 @@ def optimize(
     if as_json:
         print_json([] if best is None else [describe_optimum(best)])
     elif best is None:
-        fail(f"no gait worth having at slope {slope:g} deg and heading {heading:g} rad", NO_GAIT)
+        fail(f"no gait worth having{where(slope, heading)}", NO_GAIT)
     else:
         print_optimum(best)
 
@@ -435,18 +482,34 @@ def patience(words: str) -> Iterator[None]:
         yield
 
 
-def search_at(animal: str, slope: float, heading: float, family: str | None, actuation: str | None) -> "Search":
+def check_place(animal: "Animal", slope: float | None, heading: float | None) -> None:
+    """Make sure that a slope and a heading are given where gaits need them, and only there."""
+    low, high = animal.speed_law.domain_deg
+    if slope is None and low < high:
+        raise ValueError(f"--slope is missing: must be an angle from {low:g} to {high:g} degrees")
+    if animal.tuned and heading is None:
+        raise ValueError("--heading is missing: must be an angle in radians")
+    if heading is not None and not animal.tuned:
+        raise ValueError(f"--heading = {heading:g}: must be left out; gaits of {animal.name} have their own")
+
+
+def search_at(
+    animal: str, slope: float | None, heading: float | None, family: str | None, actuation: str | None
+) -> "Search":
     """Search for the gaits that a command is about."""
     from legspring.model import load_animal
 
     creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    check_place(creature, slope, heading)
+    if magnitudes is not None and not creature.tuned:
+        raise ValueError(f"--actuation = {actuation!r}: must be left out; gaits of {creature.name} have the animal's")
     with patience("searching for gaits"):
         from legspring.solve import search_gaits
 
         return search_gaits(creature, slope_deg=slope, heading=heading, family=family, actuation=magnitudes)
 
 
-def choose_gait(search: "Search", slope: float, heading: float, branch: int | None) -> "Gait":
+def choose_gait(search: "Search", slope: float | None, heading: float | None, branch: int | None) -> "Gait":
     """Return the gait of a branch, by default the first; exit if there is none at all."""
     if not search.gaits:
         fail(no_gait(search, slope, heading), NO_GAIT)
@@ -459,38 +522,74 @@ def choose_gait(search: "Search", slope: float, heading: float, branch: int | No
     raise ValueError(f"--branch = {branch}: must be one of {offered}")
 
 
-def no_gait(search: "Search", slope: float, heading: float) -> str:
+def no_gait(search: "Search", slope: float | None, heading: float | None) -> str:
     """Say that there is no gait, and why."""
-    return f"no gait at slope {slope:g} deg and heading {heading:g} rad; {search.summary()}"
+    return f"no gait{where(slope, heading)}; {search.summary()}"
+
+
+def where(slope: float | None, heading: float | None) -> str:
+    """Say where gaits were looked for."""
+    slopes = [] if slope is None else [f"slope {slope:g} deg"]
+    headings = [] if heading is None else [f"heading {heading:g} rad"]
+    return f" at {' and '.join(slopes + headings)}" if slopes or headings else ""
 
 
 def simulate_start(
     animal: str,
-    slope: float,
-    heading: float,
-    speed: float,
-    phase: str,
-    family: str,
+    slope: float | None,
+    heading: float | None,
+    speed: float | None,
+    phase: str | None,
+    family: str | None,
     actuation: str | None,
     strides: float,
 ) -> "xr.Dataset":
     """Simulate a start that need not be a gait; phases in degrees."""
     from legspring.model import load_animal
 
-    creature, degrees = load_animal(animal), parse_numbers("--phase", phase) or ()
-    if len(degrees) != len(creature.pairs) or not all(map(math.isfinite, degrees)):
-        raise ValueError(f"--phase = {phase!r}: must be one angle for each of {', '.join(creature.pairs)}, in degrees")
+    creature = load_animal(animal)
+    if speed is None or heading is None:
+        raise ValueError("a start that is no gait must have --speed and --heading")
+    if creature.tuned and (phase is None or family is None):
+        raise ValueError(
+            f"a start of {creature.name} that is no gait must have --speed, --heading, --phase and --family"
+        )
+    check_place(creature, slope, heading if creature.tuned else None)
     with patience("simulating"):
         return legspring.simulate(
             creature,
             slope_deg=slope,
             heading=heading,
             speed=speed,
-            phase=[math.radians(angle) for angle in degrees],
+            phase=None if phase is None else parse_phase(creature, phase),
             family=family,
             actuation=parse_numbers("--actuation", actuation),
             strides=strides,
         )
+
+
+def parse_phase(animal: "Animal", text: str) -> list[float]:
+    """Read the phase of each pair of legs, in degrees."""
+    degrees = parse_numbers("--phase", text) or ()
+    if len(degrees) != len(animal.pairs) or not all(map(math.isfinite, degrees)):
+        raise ValueError(f"--phase = {text!r}: must be one angle for each of {', '.join(animal.pairs)}, in degrees")
+    return [math.radians(angle) for angle in degrees]
+
+
+def draw_presets(animals: "Sequence[Animal]", directory: Path) -> None:
+    """Draw each animal, with the first gait on a slope, into a file of its name."""
+    with patience("drawing"):
+        from legspring.figures import draw_animal, save_figure
+        from legspring.solve import search_gaits
+
+    for animal in animals:
+        path = directory / f"{animal.name}.png"
+        low, high = animal.speed_law.domain_deg
+        slope_deg = low if low == high else EXAMPLE_SLOPE
+        found = search_gaits(animal, slope_deg=slope_deg, heading=EXAMPLE_HEADING if animal.tuned else None).gaits
+        stable_first = sorted(found, key=lambda gait: abs(gait.multipliers[0]))
+        save_figure(draw_animal(animal, stable_first[0] if found else None), path)
+        typer.echo(path, err=True)
 
 
 def save_run(run: "xr.Dataset", out: Path | None, figure: Path | None) -> None:

@@ -15,7 +15,7 @@ from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.robustness import Recovery, recover
 from legspring.measures.stability import largest_magnitude, multipliers
 from legspring.model import Animal
-from legspring.returnmap import IntegrationError, Start, complete_map, flow, reduced_map
+from legspring.returnmap import IntegrationError, Start, complete_map, flow, reduced_map, step_ends
 from legspring.setting import TIGHT, Setting
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Gait:
         Which pairs of legs push, by the animal's label.
     branch
         Number among all gaits of the same animal, slope and heading, by the phase of the hindmost legs, most
-        negative first; -1 where it is not known.
+        negative first, or by heading, if gaits have their own; -1 where it is not known.
     speed
         At the start of a step, m/s.
     phase, actuation
@@ -103,7 +103,8 @@ class Gait:
     @cached_property
     def tape(self) -> Tape:
         """One stride as the kernel recorded it."""
-        return flow(self.setting, self.phase, self.start, steps=2, record=True, accuracy=TIGHT)[1]
+        steps = self.setting.steps_per_stride
+        return flow(self.setting, self.phase, self.start, steps=steps, record=True, accuracy=TIGHT)[1]
 
     @cached_property
     def first_legs(self) -> tuple[int, ...]:
@@ -121,8 +122,9 @@ class Gait:
 
     def _liftoff(self, leg: int) -> tuple[float, float]:
         """Time of the lift-off of a leg put down at time 0, and the rate of its gap then."""
+        end = step_ends(self.setting, self.tape)[-1]
         for time, which, kind, _, rate in self.tape.events[: self.tape.counts[1]]:
-            if which == leg and kind == LIFTOFF and 0.0 < time < 2.0:
+            if which == leg and kind == LIFTOFF and 0.0 < time < end:
                 return float(time), float(rate)
         return math.nan, math.nan
 
@@ -135,9 +137,13 @@ class Gait:
 
     @property
     def grazing(self) -> float:
-        """Smallest rate at which a leg passes through zero force at lift-off, m/s; small: derivatives are doubtful."""
+        """Smallest rate at which a leg passes through zero force at lift-off, m/s; small: derivatives are doubtful.
+
+        Nan where the clock lifts all legs.
+        """
         rows = self.tape.events[: self.tape.counts[1]]
-        rates = np.abs(rows[rows[:, 2] == LIFTOFF, 4])
+        by_force = np.array([leg.stance is None for leg in self.animal.legs])[rows[:, 1].astype(int)]
+        rates = np.abs(rows[(rows[:, 2] == LIFTOFF) & by_force, 4])
         return float(rates.min() / self.setting.step_duration) if len(rates) else math.nan
 
     @property
@@ -180,10 +186,16 @@ class Gait:
     def multipliers(self) -> NDArray[np.complex128]:
         """Floquet multipliers of a stride (of a step where steps are all alike), of the complete map, largest first.
 
-        What is conserved shows as a multiplier of 1: energy, and the direction on a level plane.
+        What is `conserved` shows as a multiplier of 1.
         """
         jacobian = complete_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1]
         return multipliers(jacobian, self.setting.mirrored)
+
+    @property
+    def conserved(self) -> tuple[str, ...]:
+        """What no step changes, and so has a multiplier of 1: energy, or the direction where all are alike."""
+        found = {"energy": self.animal.conservative, "direction": self.setting.isotropic}
+        return tuple(name for name, is_so in found.items() if is_so)
 
     @cached_property
     def work(self) -> Floats:
@@ -199,9 +211,14 @@ class Gait:
         return float(end[Y] if self.setting.mirrored else math.hypot(end[X], end[Y]))
 
     @property
+    def step_duration(self) -> float:
+        """Duration of a step, s."""
+        return float(step_ends(self.setting, self.tape)[1] * self.setting.step_duration)
+
+    @property
     def mean_speed(self) -> float:
         """Mean speed of progress, m/s."""
-        return self.distance / self.setting.step_duration
+        return self.distance / self.step_duration
 
     @property
     def transport_cost(self) -> float:
@@ -247,6 +264,11 @@ class Gait:
         ----------
         impulse
             In units of m v_des, > 0 to the right.
+
+        Raises
+        ------
+        ValueError
+            If the impulse is out of range, or the animal's legs do no work, so that it keeps what it is given.
         """
         return recover(self.setting, self.phase, self.start, impulse)
 

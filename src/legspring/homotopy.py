@@ -211,7 +211,7 @@ def straight(first: Animal, last: Animal) -> Path:
     ValueError
         If the animals differ in anything else but their names.
     """
-    own = {"name", "source", "body", "legs"}
+    own = {"name", "summary", "source", "body", "legs"}
     other = [name for name in Animal.model_fields if name not in own and getattr(first, name) != getattr(last, name)]
     other += ["mass"] if first.body.mass != last.body.mass else []
     other += ["legs"] if _names(first) != _names(last) else []

@@ -15,7 +15,7 @@ from legspring.kernel.walker import TIME, Floats
 from legspring.model import Animal
 from legspring.returnmap import IntegrationError, Start, complete_map, flow, state_names
 from legspring.setting import Setting
-from legspring.solve import BaseProblem, Solutions, spread
+from legspring.solve import BaseProblem, Solutions, check_offsets, spread
 
 BROKEN = 1e3
 """Residual where a step cannot be simulated."""
@@ -43,11 +43,22 @@ class PeriodicProblem(BaseProblem):
     def __init__(self, animal: Animal, slope: float, family: str) -> None:
         self.setting = Setting(animal, slope, animal.functions(family))
         self.family = family
+        self._check_steps()
         self.names = state_names(self.setting, memory=not self.setting.event_driven)
         self.free = [name for name in self.names if not (name == "speed" and animal.conservative)]
         lengths = {"speed", "Dx", "Dy"}
-        self._units = np.array([self.setting.step_length if name in lengths else 1.0 for name in self.names])
+        self._units = [self.setting.step_length if name in lengths else 1.0 for name in self.names]
         self._rows = [self.names.index(name) for name in self.free]
+
+    def _check_steps(self) -> None:
+        """Insist on steps that either mirror one another or are all alike."""
+        animal = self.setting.animal
+        if self.setting.steps_per_stride == 2:
+            check_offsets(animal)
+        elif any(leg.offset for leg in animal.legs):
+            raise ValueError(
+                f"animal = {animal.name!r}: must have legs of offset 0, or in pairs, for steps to be alike"
+            )
 
     @property
     def size(self) -> int:
@@ -76,8 +87,9 @@ class PeriodicProblem(BaseProblem):
             image, jacobian = complete_map(self.setting, self.setting.animal.phase, self.start(z), accuracy=accuracy)
         except (IntegrationError, ValueError):
             return np.full(self.size, BROKEN), np.eye(self.size)
-        by = jacobian * self._units / self._units[:, None]
-        left = image[self._rows] / self._units[self._rows] - z
+        units = np.array(self._units)
+        by = jacobian * units / units[:, None]
+        left = image[self._rows] / units[self._rows] - z
         for row, name in enumerate(self.free):
             if name == "heading":
                 left[row] = math.remainder(left[row], 2.0 * math.pi)
@@ -131,8 +143,8 @@ class PeriodicProblem(BaseProblem):
             return None, squares
         setting, start = self.setting, self.start(found.z[0])
         animal = setting.animal
-        if setting.event_driven:
-            # The step's own duration is the natural unit of time.
+        if setting.event_driven and not any(leg.actuation or leg.stance or leg.length_law for leg in animal.legs):
+            # Where legs have no clock, the step's own duration is the natural unit of time.
             end = flow(setting, animal.phase, start)[0].clock[TIME]
             animal = animal.replace(step_law=float(end * setting.step_duration))
         gait = Gait(

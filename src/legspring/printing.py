@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from legspring.gait import Gait
+    from legspring.model import Animal
     from legspring.optimisation import Optimum
     from legspring.solve import Search
 
@@ -37,7 +38,8 @@ def print_json(records: Sequence[Mapping[str, Any]]) -> None:
 
 
 ATTRIBUTES = (
-    *("family", "branch", "slope_deg", "heading", "speed", "phase", "actuation", "yaw", "yaw_rate", "liftoff"),
+    *("family", "branch", "slope_deg", "heading", "speed", "mean_speed", "step_duration", "phase", "actuation"),
+    *("displacement", "yaw", "yaw_rate", "liftoff"),
     *(
         "events",
         "residual",
@@ -45,6 +47,7 @@ ATTRIBUTES = (
         "grazing",
         "reduced_eigenvalue",
         "multipliers",
+        "conserved",
         "transport_cost",
         "work",
         "peak_force",
@@ -53,6 +56,8 @@ ATTRIBUTES = (
     ),
 )
 """What is said about a gait in JSON; the net force is added in two parts."""
+LEAST_MULTIPLIER, MOST_MULTIPLIERS = 5e-4, 4
+"""Smallest multiplier, and how many of them, that a table shows."""
 
 
 def describe_gait(gait: "Gait") -> dict[str, Any]:
@@ -86,6 +91,56 @@ def print_optimum(best: "Optimum") -> None:
     )
 
 
+def describe_animal(animal: "Animal") -> dict[str, Any]:
+    """Return what is said about a preset."""
+    own = {name: getattr(animal, name) for name in ("name", "summary", "source", "pairs", "tuned", "conservative")}
+    return own | {
+        "legs": [leg.name for leg in animal.legs],
+        "families": list(animal.families),
+        "yaw": animal.body.yaw,
+        "slope_deg": animal.speed_law.domain_deg,
+    }
+
+
+def print_animals(animals: "Sequence[Animal]") -> None:
+    """Print names and what they stand for, a line each."""
+    width = max(len(animal.name) for animal in animals)
+    for animal in animals:
+        typer.echo(f"{animal.name:{width}}  {animal.summary}".rstrip())
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Return a number as tables show it, and what is missing as a dash."""
+    return f"{value:.{digits}f}" if math.isfinite(value) else "-"
+
+
+def tuned_columns(gait: "Gait") -> dict[str, str]:
+    """Return the columns of a gait at a heading that somebody has chosen, with phases to go with it."""
+    yaws = {"yaw\n(rad)": number(gait.yaw_amplitude, 3)} if gait.animal.body.yaw == "free" else {}
+    return {
+        "speed\n(m/s)": number(gait.speed),
+        f"phase {', '.join(gait.animal.pairs)}\n(deg)": ", ".join(f"{math.degrees(a):.1f}" for a in gait.phase),
+        **yaws,
+        "reduced\neigenvalue": number(gait.reduced_eigenvalue),
+        "largest\nmultiplier": number(abs(gait.multipliers[0])),
+        "transport\ncost": number(gait.transport_cost),
+    }
+
+
+def own_columns(gait: "Gait") -> dict[str, str]:
+    """Return the columns of a gait that has a heading of its own."""
+    yaws = {"yaw\n(rad)": number(gait.yaw_amplitude, 3)} if gait.animal.body.yaw == "free" else {}
+    largest = [f"{abs(value):.3f}" for value in gait.multipliers if abs(value) > LEAST_MULTIPLIER][:MOST_MULTIPLIERS]
+    return {
+        "heading\n(rad)": number(gait.heading),
+        "speed\n(m/s)": number(gait.speed),
+        "mean\n(m/s)": number(gait.mean_speed),
+        **yaws,
+        "multipliers,\nlargest first": ", ".join(largest),
+        "transport\ncost": number(gait.transport_cost),
+    }
+
+
 def print_gaits(search: "Search") -> None:
     """Print a table of gaits, and what else was met."""
     from rich import box
@@ -93,28 +148,21 @@ def print_gaits(search: "Search") -> None:
     from rich.table import Table
 
     first = search.gaits[0]
-    pairs, yaws = ", ".join(first.animal.pairs), first.animal.body.yaw == "free"
+    columns = tuned_columns if first.animal.tuned else own_columns
     # One more column fits into 80 characters where columns are closer.
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 0 if yaws else 1, 0, 0), title_justify="left")
-    table.title = f"{first.animal.name}: slope {first.slope_deg:g} deg, heading {first.heading:g} rad"
+    close = first.animal.body.yaw == "free"
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 0 if close else 1, 0, 0), title_justify="left")
+    heading = f", heading {first.heading:g} rad" if first.animal.tuned else ""
+    table.title = f"{first.animal.name}: slope {first.slope_deg:g} deg{heading}"
     for name in ("branch", "family"):
         table.add_column(name)
-    for name in (
-        "speed\n(m/s)",
-        f"phase {pairs}\n(deg)",
-        *(["yaw\n(rad)"] if yaws else []),
-        "reduced\neigenvalue",
-        "largest\nmultiplier",
-        "transport\ncost",
-    ):
+    for name in columns(first):
         table.add_column(name, justify="right", no_wrap=True)
     for gait in search.gaits:
-        phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in gait.phase)
-        measures = (gait.reduced_eigenvalue, abs(gait.multipliers[0]), gait.transport_cost)
-        yaw = [f"{gait.yaw_amplitude:.3f}"] if yaws else []
-        row = (str(gait.branch), gait.family, f"{gait.speed:.4f}", phases, *yaw)
-        table.add_row(*row, *(f"{measure:.4f}" for measure in measures))
+        table.add_row(str(gait.branch), gait.family, *columns(gait).values())
     Console(highlight=False).print(table)
+    if first.conserved:
+        typer.echo(f"conserved, with a multiplier of 1 each: {', '.join(first.conserved)}")
     for gait in search.gaits:
         if gait.grazes:
             typer.echo(
@@ -131,11 +179,20 @@ def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_js
     if as_json:
         print_json([record])
         return
-    phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in record["phase"])
+    degrees = ", ".join(f"{math.degrees(angle):.1f}" for angle in record["phase"])
+    phases = f", phases {degrees} deg" if any(record["actuation"]) else ""
     (dx, dy), (vx, vy) = record["displacement"], record["velocity"]
+    heading = math.remainder(math.atan2(-vx, vy) - end["yaw"].item(), 2.0 * math.pi)
+    up, aside = ("up", "forward") if record["view"] == "side" else ("uphill", "to the right")
     typer.echo(
-        f"{record['animal']}, family {record['family']}, slope {record['slope_deg']:g} deg, phases {phases} deg\n"
-        f"start: heading {record['heading']:g} rad, speed {record['speed']:.4f} m/s\n"
-        f"after {strides:g} strides, {end['time'].item():.4f} s: {1e3 * dy:.2f} mm uphill, {1e3 * dx:+.2f} mm to the "
-        f"right, heading {math.atan2(-vx, vy) - end['yaw'].item():.4f} rad, speed {math.hypot(vx, vy):.4f} m/s"
+        f"{record['animal']}, family {record['family']}, slope {record['slope_deg']:g} deg{phases}\n"
+        f"start: heading {record['heading']:.4g} rad, speed {record['speed']:.4f} m/s\n"
+        f"after {strides:g} strides, {end['time'].item():.4f} s: {length(dy)} {up}, {length(dx, '+')} {aside}, "
+        f"heading {heading:.4f} rad, speed {math.hypot(vx, vy):.4f} m/s"
     )
+
+
+def length(metres: float, sign: str = "") -> str:
+    """Return a length in mm, or in m where that is long."""
+    metres = round(metres, 5) + 0.0  # no -0.0
+    return f"{1e3 * metres:{sign}.2f} mm" if abs(metres) < 1.0 else f"{metres:{sign}.4f} m"

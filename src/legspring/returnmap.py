@@ -22,6 +22,7 @@ from legspring.kernel.walker import (
     STIFFNESS,
     TIME,
     TOO_MANY_STEPS,
+    TOUCHDOWN,
     VX,
     VY,
     YAW,
@@ -211,6 +212,16 @@ def flow(
     if status in REASONS:
         raise IntegrationError(f"stopped at t = {walker.clock[TIME] * setting.step_duration:.6g} s: {REASONS[status]}")
     return walker, tape
+
+
+def step_ends(setting: Setting, tape: Tape) -> Floats:
+    """Return the times between the steps on a tape, its start and end among them, in step durations."""
+    count = len(tape.touchdowns)
+    if not setting.event_driven:
+        return np.arange(float(count))
+    time, leg, kind = tape.events[: tape.counts[1], :3].T
+    ending = (kind == TOUCHDOWN) & np.isin(setting.offset[leg.astype(int)], (0.0, 1.0))
+    return np.unique([0.0, *time[ending]])[:count]
 
 
 def speed_and_heading(y: Floats) -> Floats:

@@ -97,6 +97,20 @@ def checked_slope(slope: float | None, slope_deg: float | None) -> float:
     return checked_angle("slope", slope, math.pi / 2)
 
 
+def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> float:
+    """Return the one slope that is given, in rad, or the only one that an animal's speed law is for.
+
+    Raises
+    ------
+    ValueError
+        If both or none are given, or it is beyond the vertical.
+    """
+    low, high = animal.speed_law.domain_deg
+    if slope is None and slope_deg is None and low == high:
+        return math.radians(low)
+    return checked_slope(slope, slope_deg)
+
+
 def trigger(leg: Leg, names: Sequence[str]) -> float:
     """Return the kernel's number for what makes a leg touch down, given the names of all legs."""
     if leg.follows is not None:
@@ -222,6 +236,16 @@ class Setting:
     def mirrored(self) -> bool:
         """Whether every other step is the mirror image of the one before: legs have images on the other side."""
         return len(self.animal.legs) > len(self.animal.pairs)
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether all directions are alike: for a body that yaws on the level."""
+        return self.rows == 6 and math.sin(self.slope) == 0.0
+
+    @property
+    def steps_per_stride(self) -> int:
+        """Steps after which all repeats itself: one where no step mirrors another, else two."""
+        return 1 if self.event_driven and not self.mirrored else 2
 
     @property
     def weight(self) -> float:

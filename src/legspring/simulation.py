@@ -11,15 +11,15 @@ from legspring.kernel.dop853 import interpolate
 from legspring.kernel.measure import leg_series
 from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
 from legspring.model import Animal
-from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow
+from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow, step_ends
 from legspring.setting import (
     ACCURACY,
     Setting,
     checked_angle,
     checked_number,
     checked_positive,
-    checked_slope,
     checked_vector,
+    slope_for,
 )
 
 SAMPLES = 100
@@ -41,7 +41,7 @@ def turning(setting: Setting, tape: Tape) -> tuple[float, float]:
 
     Among as many samples as a simulation has.
     """
-    s = np.linspace(0.0, 1.0, SAMPLES + 1)
+    s = np.linspace(0.0, step_ends(setting, tape)[1], SAMPLES + 1)
     y, index = states_at(tape, s)
     y = _with_yaw(y)
     _, moment, _ = _legs(setting, tape, s, y, index)["moment"]
@@ -57,9 +57,11 @@ def simulation(
     setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
 ) -> xr.Dataset:
     """Simulate an animal in its setting; see `simulate` for the result."""
-    steps = round(2.0 * checked_positive("strides", strides))
-    if abs(steps - 2.0 * strides) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
-        raise ValueError(f"strides = {strides!r}: must be a multiple of 1/2, up to {MOST_STEPS_AT_ONCE // 2}")
+    per_stride = setting.steps_per_stride
+    steps = round(per_stride * checked_positive("strides", strides))
+    if abs(steps - per_stride * strides) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
+        multiple = "a multiple of 1/2" if per_stride == 2 else "a whole number"
+        raise ValueError(f"strides = {strides!r}: must be {multiple}, up to {MOST_STEPS_AT_ONCE // per_stride}")
     walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
     s = np.linspace(0.0, walker.clock[TIME], steps * SAMPLES + 1)
     y, index = states_at(tape, s)
@@ -82,6 +84,7 @@ def simulation(
         },
         attrs={
             "animal": setting.animal.name,
+            "view": "side" if setting.animal.sagittal else "above",
             "pairs": list(setting.animal.pairs),
             "functions": ["push" if side < 0 else "pull" for side in setting.functions],
             "slope_deg": math.degrees(setting.slope),
@@ -154,8 +157,8 @@ def simulate(
     *,
     heading: float,
     speed: float,
-    phase: Sequence[float],
-    family: str,
+    phase: Sequence[float] | None = None,
+    family: str | None = None,
     slope: float | None = None,
     slope_deg: float | None = None,
     actuation: ArrayLike | None = None,
@@ -176,11 +179,11 @@ def simulate(
     speed
         Initial speed, m/s.
     phase
-        Of each pair of legs, rad.
+        Of each pair of legs, rad; by default the animal's, if it is not tuned to its desired speed.
     family
-        Which pairs push.
+        Which pairs push; not needed where the animal has one family only.
     slope, slope_deg
-        Either of them; rad or degrees.
+        Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only.
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
     displacement
@@ -189,7 +192,7 @@ def simulate(
         Of the body, where it is free to yaw; rad, rad/s.
     strides
         How long; a multiple of 1/2. Half a stride is a step, which lasts a step duration or, where no leg goes by the
-        clock, to the next touch-down.
+        clock, to the next touch-down. Where legs have no mirror images a stride is one step.
     accuracy
         Relative accuracy of the states after a stride.
 
@@ -206,7 +209,8 @@ def simulate(
     IntegrationError
         If a leg collapses, for instance.
     """
-    setting = Setting(animal, checked_slope(slope, slope_deg), animal.functions(family), actuation)
+    functions = animal.functions(only_family(animal) if family is None else family)
+    setting = Setting(animal, slope_for(animal, slope, slope_deg), functions, actuation)
     start = Start(
         checked_positive("speed", speed),
         checked_angle("heading", heading, math.pi if setting.event_driven else math.pi / 2),
@@ -214,4 +218,19 @@ def simulate(
         checked_angle("yaw", yaw, math.pi),
         checked_number("yaw_rate", yaw_rate),
     )
-    return simulation(setting, phase, start, strides, accuracy=accuracy)
+    phases = given_phase(animal) if phase is None else phase
+    return simulation(setting, phases, start, strides, accuracy=accuracy)
+
+
+def only_family(animal: Animal) -> str:
+    """Return the label of an animal's only family; raise ValueError if there are more."""
+    if len(animal.families) > 1:
+        raise ValueError(f"family is missing: must be one of {', '.join(animal.families)}")
+    return next(iter(animal.families))
+
+
+def given_phase(animal: Animal) -> tuple[float, ...]:
+    """Return the phases of an animal's legs; raise ValueError if they are not given, but tuned."""
+    if animal.tuned:
+        raise ValueError(f"phase is missing: must be an angle in rad for each of {', '.join(animal.pairs)}")
+    return animal.phase

@@ -28,7 +28,7 @@ from legspring.kernel.newton import gait_conditions
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.returnmap import Direction, Start, flow, jets
-from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle, checked_slope
+from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle, slope_for
 
 STARTS = 96
 """Starts for each family."""
@@ -224,6 +224,25 @@ class BaseProblem(ABC):
         return bool(np.any(np.all(np.abs(self.wrapped(z - others)) < SAME, axis=1)))
 
 
+def check_tuned(animal: Animal, purpose: str) -> None:
+    """Raise ValueError unless an animal's legs are tuned to its desired speed."""
+    if not animal.tuned:
+        raise ValueError(
+            f"animal = {animal.name!r}: must have actuated legs whose phases are not given {purpose}; this one's gaits "
+            "have speeds and headings of their own"
+        )
+
+
+def check_offsets(animal: Animal) -> None:
+    """Raise ValueError unless every pair has a leg for each step."""
+    for pair in animal.pairs:
+        if not {0.0, 1.0} == {leg.offset for leg in animal.legs if leg.pair == pair}:
+            raise ValueError(
+                f"pair {pair!r} of animal {animal.name!r}: a gait that mirrors itself from step to step needs one leg "
+                "that touches down at offset 0 and one at offset 1"
+            )
+
+
 class Problem(BaseProblem):
     """The conditions of a gait for one family at one slope and heading, ready to be solved.
 
@@ -234,6 +253,7 @@ class Problem(BaseProblem):
     def __init__(
         self, animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None = None
     ) -> None:
+        check_tuned(animal, "for a gait at a given heading")
         if len(animal.pairs) != 3:
             raise ValueError(
                 f"animal = {animal.name!r} has {len(animal.pairs)} pairs of legs: the four conditions of a gait fix "
@@ -243,12 +263,7 @@ class Problem(BaseProblem):
         self.heading = checked_angle("heading", heading, math.pi / 2)
         self.family = family
         setting = self.setting
-        for pair in range(len(animal.pairs)):
-            if not {0.0, 1.0} == {leg.offset for leg in animal.legs if leg.pair == animal.pairs[pair]}:
-                raise ValueError(
-                    f"pair {animal.pairs[pair]!r} of animal {animal.name!r}: a gait that mirrors itself from step to "
-                    "step needs one leg that touches down at offset 0 and one at offset 1"
-                )
+        check_offsets(animal)
         self._walker, self._start = newton.new_problem(
             setting.body,
             setting.legs(np.zeros(len(animal.pairs))),
@@ -377,26 +392,12 @@ def hindmost(animal: Animal) -> int:
 
 
 def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
-    """Give the gaits of one cell their branch, by the phase of the hindmost legs, most negative first."""
+    """Give the gaits of one cell their branch, by the phase of the hindmost legs, or heading, most negative first."""
     if not gaits:
         return ()
     pair = hindmost(gaits[0].animal)
-    ordered = sorted(gaits, key=lambda gait: gait.phase[pair])
+    ordered = sorted(gaits, key=lambda gait: (gait.phase[pair], gait.heading))
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
-
-
-def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> float:
-    """Return the one slope that is given, in rad, or the only one that an animal's speed law is for.
-
-    Raises
-    ------
-    ValueError
-        If both or none are given, or it is beyond the vertical.
-    """
-    low, high = animal.speed_law.domain_deg
-    if slope is None and slope_deg is None and low == high:
-        return math.radians(low)
-    return checked_slope(slope, slope_deg)
 
 
 def problem_for(

@@ -21,7 +21,7 @@ from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.progress import progress_bar
 from legspring.setting import checked_vector
-from legspring.solve import Problem, number_branches
+from legspring.solve import Problem, check_tuned, number_branches
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -252,6 +252,7 @@ def atlas(
     impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE) if len(impulses) else ()
     if actuation is not None:
         animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
+    check_tuned(animal, "for a map over slope and heading")
     found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
     gaits = [(place, gait) for place, here in found.items() for gait in here]
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:

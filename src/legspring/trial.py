@@ -13,7 +13,7 @@ from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.returnmap import Direction, Start, jets
 from legspring.setting import ACCURACY
-from legspring.solve import Problem, Solutions
+from legspring.solve import Problem, Solutions, check_tuned
 
 Map = Literal["complete", "reduced"]
 What = Literal["ends", "cost", "complete", "reduced"]
@@ -66,6 +66,7 @@ class Trial:
     """
 
     def __init__(self, animal: Animal, slope: float, heading: float, family: str) -> None:
+        check_tuned(animal, "for its actuation to be optimised")
         if animal.body.yaw == "free":
             raise ValueError(f"animal = {animal.name!r}: must have its yaw held for its actuation to be optimised")
         self.problem = Problem(animal, slope, heading, family)

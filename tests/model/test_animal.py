@@ -126,7 +126,7 @@ def mirrored_wrongly(**changes: Any) -> tuple[Leg, ...]:
     [
         (
             {"colour": 3, "mass": 1.0},
-            "cannot replace colour: must be among name, source, body, .* mass, .* angle_deg",
+            "cannot replace colour: must be among name, summary, source, body, .* mass, .* angle_deg",
         ),
         ({"mass": -1}, "Body: mass = -1: must be greater than 0"),
         ({"stiffness": (1.5, 1.5, -1)}, "Leg 'BL': stiffness = -1: must be greater than 0"),

@@ -33,12 +33,11 @@ def draw_gait(gait: Gait) -> Figure:
     run = gait.simulate(strides=1)
     figure, above = _draw_run(run)
     _draw_legs(above, run, np.array([leg.hip for leg in gait.animal.legs]))
-    phases = ", ".join(
-        f"{pair} {math.degrees(phase):.1f}" for pair, phase in zip(gait.animal.pairs, gait.phase, strict=True)
-    )
+    angles = (f"{pair} {math.degrees(phase):.1f}" for pair, phase in zip(gait.animal.pairs, gait.phase, strict=True))
+    phases = f", phases {', '.join(angles)} deg" if any(gait.actuation) else ""
     figure.suptitle(
-        f"{gait.animal.name}: family {gait.family}, slope {gait.slope_deg:g} deg, heading {gait.heading:g} rad, "
-        f"speed {gait.speed:.4g} m/s, phases {phases} deg"
+        f"{gait.animal.name}: family {gait.family}, slope {gait.slope_deg:g} deg, heading {gait.heading:.4g} rad, "
+        f"speed {gait.speed:.4g} m/s{phases}"
     )
     return figure
 
@@ -55,7 +54,7 @@ def draw_simulation(dataset: xr.Dataset) -> Figure:
     figure, _ = _draw_run(dataset)
     about = dataset.attrs
     figure.suptitle(
-        f"{about['animal']}: slope {about['slope_deg']:g} deg, start at heading {about['heading']:g} rad, "
+        f"{about['animal']}: slope {about['slope_deg']:g} deg, start at heading {about['heading']:.4g} rad, "
         f"speed {about['speed']:.4g} m/s"
     )
     return figure
@@ -111,29 +110,43 @@ def _draw_run(run: xr.Dataset) -> tuple[Figure, Axes]:
 
 
 def _draw_path(axes: Axes, run: xr.Dataset, colours: Sequence[str]) -> None:
-    """Draw the path of the centre of mass and the footholds, in mm."""
-    position = 1e3 * run["position"].values
+    """Draw the path of the centre of mass and the footholds."""
+    unit, words = length_unit(run)
+    position = unit * run["position"].values
     axes.plot(position[:, 0], position[:, 1], color="black", label="centre of mass")
-    for foot, colour in zip(np.moveaxis(1e3 * run["foot"].values, 1, 0), colours, strict=True):
+    for foot, colour in zip(np.moveaxis(unit * run["foot"].values, 1, 0), colours, strict=True):
         holds = np.unique(np.round(foot[np.isfinite(foot[:, 0])], 6), axis=0)
         axes.plot(holds[:, 0], holds[:, 1], "o", color=colour, markersize=4)
-    axes.set(xlabel="lateral (mm)", ylabel="fore-aft, uphill (mm)")
+    names = axis_names(run)
+    uphill = "" if names["fore_aft"] == "up" else ", uphill"
+    axes.set(xlabel=f"{names['lateral']} ({words})", ylabel=f"{names['fore_aft']}{uphill} ({words})")
     # Long runs would be but a line.
     across, along = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
     if along < 4.0 * across:
         axes.set_aspect("equal", adjustable="datalim")
 
 
+def length_unit(run: xr.Dataset) -> tuple[float, str]:
+    """Return the unit of lengths that suits an animal's legs."""
+    return (1e3, "mm") if float(run["free_length"].max()) < 0.1 else (1.0, "m")
+
+
+def axis_names(run: xr.Dataset) -> dict[str, str]:
+    """Return words for the two directions, which depend on where one looks from."""
+    side = run.attrs.get("view") == "side"
+    return {"lateral": "forward", "fore_aft": "up"} if side else {"lateral": "lateral", "fore_aft": "fore-aft"}
+
+
 def _draw_legs(axes: Axes, run: xr.Dataset, hips: Floats) -> None:
     """Draw the centre of mass and, from there over their hips, the legs in stance; the later the darker."""
-    last = run.sizes["time"] - 1
+    last, (unit, _) = run.sizes["time"] - 1, length_unit(run)
     for number in range(INSTANTS):
         now = run.isel(time=round(number * last / (INSTANTS - 1)))
         shade = 0.3 + 0.7 * number / (INSTANTS - 1)
         cosine, sine = np.cos(now["yaw"].item()), np.sin(now["yaw"].item())
         turned = hips @ np.array([[cosine, sine], [-sine, cosine]])
-        body = 1e3 * now["position"].values
-        for leg, (hip, foot) in enumerate(zip(body + 1e3 * turned, 1e3 * now["foot"].values, strict=True)):
+        body = unit * now["position"].values
+        for leg, (hip, foot) in enumerate(zip(body + unit * turned, unit * now["foot"].values, strict=True)):
             if np.isnan(foot[0]):
                 continue
             colour = COLOURS[leg % len(COLOURS)]
@@ -145,7 +158,7 @@ def _draw_legs(axes: Axes, run: xr.Dataset, hips: Floats) -> None:
 def _draw_velocity(axes: Axes, run: xr.Dataset) -> None:
     time, velocity = 1e3 * run["time"].values, run["velocity"]
     for axis, dashes in (("fore_aft", "-"), ("lateral", "--")):
-        axes.plot(time, velocity.sel(axis=axis), dashes, color="black", label=axis.replace("_", "-"))
+        axes.plot(time, velocity.sel(axis=axis), dashes, color="black", label=axis_names(run)[axis])
     axes.set_ylabel(f"velocity ({velocity.units})")
     axes.legend(loc="center right", ncols=2)
 
@@ -158,7 +171,7 @@ def _draw_forces(axes: Axes, run: xr.Dataset, axis: str, colours: Sequence[str])
         stance = run["stance"].sel(leg=leg).astype(bool)
         axes.plot(time, force.sel(leg=leg).where(stance), color=colour, label=str(leg))
     axes.axhline(0.0, color=GRAY, linewidth=0.4)
-    axes.set_ylabel(f"{axis.replace('_', '-')}\nforce ({units(force.units)})")
+    axes.set_ylabel(f"{axis_names(run)[axis]}\nforce ({units(force.units)})")
 
 
 def _draw_stances(axes: Axes, run: xr.Dataset, colours: Sequence[str]) -> None:

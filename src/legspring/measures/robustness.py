@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.kernel.run import run
-from legspring.kernel.walker import VX, VY
+from legspring.kernel.walker import VX, VY, YAW
 from legspring.returnmap import REASONS, Start
 from legspring.setting import ACCURACY, Setting
 
@@ -18,7 +18,7 @@ ANGLE = 0.15
 """Change of heading, rad, and change of speed by v_des, that count as a distance of 1."""
 BACK, SURELY_BACK = 1e-2, 1e-3
 ELSEWHERE, REPEATS = 1.0, 2e-3
-STRIDES = 50
+STEPS = 100
 LARGEST_IMPULSE = 10.0
 
 
@@ -31,7 +31,7 @@ class Recovery:
     impulse
         Sideways impulse in units of m v_des.
     steps
-        Number of the step at whose end the gait was back; None if it was not within 50 strides.
+        Number of the step at whose end the gait was back; None if it was not within 100 steps.
     distance
         ``(101,)``: distance from the gait at the start (0) and at the end of each step.
     other_gait
@@ -66,7 +66,7 @@ def push_knots(setting: Setting, impulse: float) -> NDArray[np.float64]:
 def recover(
     setting: Setting, phase: ArrayLike, start: Start, impulse: float, *, accuracy: float = ACCURACY
 ) -> Recovery:
-    """Push a gait sideways in its first step and follow it for 50 strides.
+    """Push a gait sideways in its first step and follow it for 100 steps.
 
     Parameters
     ----------
@@ -74,7 +74,17 @@ def recover(
         The gait.
     impulse
         In units of m v_des, > 0 to the right.
+
+    Raises
+    ------
+    ValueError
+        If the impulse is out of range, or the animal's legs do no work, so that it keeps what it is given.
     """
+    if setting.animal.conservative:
+        raise ValueError(
+            f"animal = {setting.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
+            "this one conserves energy and keeps what it is given"
+        )
     if not abs(impulse) <= LARGEST_IMPULSE:
         raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-{LARGEST_IMPULSE:g}")
     legs = setting.legs(phase)[:, :, None]
@@ -86,7 +96,7 @@ def recover(
         push_knots(setting, impulse),
         start.in_kernel_units(setting)[:, None],
         setting.rows,
-        2.0 * STRIDES,
+        float(STEPS),
         setting.error_scale(accuracy),
         0,
         0,
@@ -96,9 +106,18 @@ def recover(
 
 
 def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of each touch-down's velocity from the first one's, mirrored after odd steps."""
+    """Distance of each touch-down's velocity from the first one's, mirrored after odd steps.
+
+    Where all directions are alike, there is none to come back to: the velocity is that seen from the body.
+    """
     velocity = states[:, [VX, VY]].copy()
-    velocity[1::2, 0] *= -1.0
+    if setting.isotropic:
+        cosine, sine = np.cos(states[:, YAW]), np.sin(states[:, YAW])
+        velocity = np.column_stack(
+            [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
+        )
+    if setting.mirrored:
+        velocity[1::2, 0] *= -1.0
     change = np.abs(velocity - velocity[0]) / setting.step_length
     result: NDArray[np.float64] = np.maximum(change[:, 0] / np.tan(ANGLE), change[:, 1])
     return result

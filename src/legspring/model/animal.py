@@ -54,6 +54,8 @@ class Animal(Frozen):
     ----------
     name : str
         Name of the animal.
+    summary : str
+        What it is, in one line.
     source : str
         Where its numbers come from.
     body : Body
@@ -76,6 +78,7 @@ class Animal(Frozen):
     """
 
     name: Label
+    summary: str = ""
     source: str = ""
     body: Body
     legs: tuple[Leg, ...]
@@ -138,6 +141,11 @@ class Animal(Frozen):
     def conservative(self) -> bool:
         """Whether energy is conserved: the desired speed is the one that a step starts with."""
         return not any(leg.actuation or leg.damping or leg.stance or leg.length_law for leg in self.legs)
+
+    @property
+    def sagittal(self) -> bool:
+        """Whether it is seen from the side, and not from above: some leg comes down to the ground."""
+        return any(leg.touchdown == "ground" for leg in self.legs)
 
     def functions(self, family: str) -> tuple[int, ...]:
         """Return what each pair does in a family: the signs of ldev.

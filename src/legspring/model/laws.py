@@ -71,7 +71,8 @@ class SpeedLaw(Frozen):
         slope_deg = degrees(slope)
         low, high = self.domain_deg
         if not low - _ROUNDING_DEG <= slope_deg <= high + _ROUNDING_DEG:
-            raise ModelError(f"slope = {slope_deg:g} deg: must be between {low:g} and {high:g} deg")
+            valid = f"{low:g} deg" if low == high else f"between {low:g} and {high:g} deg"
+            raise ModelError(f"slope = {slope_deg:g} deg: must be {valid}")
         return self._speed(slope_deg)
 
     def _speed(self, slope_deg: float) -> float:

@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Ellipse
+from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
+from legspring.figures.strokes import angle, arrow, dimension, spring
 from legspring.figures.style import COLOURS, GRAY, PAGE, new_figure, styled
 from legspring.gait import Gait
 
@@ -73,7 +74,7 @@ def sketch_of_path(gait: Gait) -> Figure:
         if number:
             conditions = f"$v=v_0$  (3.1)\n$\\delta={heading}$  (3.2)\n$x=0$  (3.4)"
             axes.text(x + 0.02 * step, -1.05 * height, conditions, va="top", linespacing=1.5)
-            _dimension(axes, (x - step, -1.75 * height), (x, -1.75 * height))
+            dimension(axes, (x - step, -1.75 * height), (x, -1.75 * height))
             distance = r"$v_\mathrm{des}\,t_\mathrm{des}$  (3.3)"
             axes.text(x - 0.5 * step, -1.8 * height, distance, ha="center", va="top")
     _scales(axes, (0.2 * step, -1.2 * height), 2.0, 0.5)
@@ -82,7 +83,7 @@ def sketch_of_path(gait: Gait) -> Figure:
 
 def _velocity(axes: Axes, x: float, reach: float, rise: float, heading: str) -> None:
     """Draw the velocity at a place on the line uphill, and its heading."""
-    _arrow(axes, (x, 0.0), (x + reach, rise), COLOURS[1])
+    arrow(axes, (x, 0.0), (x + reach, rise), COLOURS[1])
     axes.text(x + reach, 1.17 * rise, r"$v_0$", ha="center", va="center", color=COLOURS[1])
     part = np.linspace(0.0, 1.0, 20)
     bend = 0.75 * (1.0 - 0.12 * part**2)
@@ -103,13 +104,13 @@ def _from_above(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
             nominal = 1e3 * leg.length * np.array([-math.sin(leg.angle), math.cos(leg.angle)])
             axes.plot(*nominal, "o", markersize=7, markerfacecolor="none", markeredgecolor=colour, markeredgewidth=0.6)
             end = AHEAD + math.degrees(leg.angle)
-            _angle(axes, (0.0, 0.0), RADII.get(leg.pair, 8.0), AHEAD, end, rf"$\beta_{leg.pair}$")
+            angle(axes, (0.0, 0.0), RADII.get(leg.pair, 8.0), AHEAD, end, rf"$\beta_{leg.pair}$")
         elif np.isfinite(foot[0]):
             _leg(axes, leg.name, foot, "0.7")
     tip = 20.0 * np.array([-math.sin(gait.heading), math.cos(gait.heading)])
-    _arrow(axes, (0.0, 0.0), (tip[0], tip[1]))
+    arrow(axes, (0.0, 0.0), (tip[0], tip[1]))
     axes.text(tip[0], tip[1] + 0.5, r"$v_0$", ha="center", va="bottom")
-    _angle(axes, (0.0, 0.0), 14.0, AHEAD, AHEAD + math.degrees(gait.heading), r"$\delta_0$")
+    angle(axes, (0.0, 0.0), 14.0, AHEAD, AHEAD + math.degrees(gait.heading), r"$\delta_0$")
     axes.plot(0.0, 0.0, "o", color="black", markersize=7)
     axes.text(2.0, -1.0, "COM", va="top")
     axes.set(title="from above, at a touch-down", aspect="equal")
@@ -118,7 +119,7 @@ def _from_above(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
 
 def _leg(axes: Axes, name: str, foot: Floats, colour: str, beyond: float = 0.0) -> None:
     """Draw a leg, its foot, and its name further out than both foot and the given length."""
-    _spring(axes, (0.0, 0.0), (foot[0], foot[1]), colour)
+    spring(axes, (0.0, 0.0), (foot[0], foot[1]), colour)
     axes.plot(*foot, "o", color=colour)
     length = float(np.hypot(*foot))
     place = foot / length * (max(length, beyond) + 2.6)
@@ -130,16 +131,16 @@ def _from_the_side(axes: Axes, slope_deg: float) -> None:
     up, out = np.array([math.cos(slope), math.sin(slope)]), np.array([-math.sin(slope), math.cos(slope)])
     axes.plot([0.0, 11.0], [0.0, 0.0], color=GRAY, linewidth=0.6, linestyle="--")
     axes.plot(*zip((0.0, 0.0), 11.0 * up, strict=True), color="black")
-    _angle(axes, (0.0, 0.0), 4.0, 0.0, slope_deg, r"$\sigma$")
+    angle(axes, (0.0, 0.0), 4.0, 0.0, slope_deg, r"$\sigma$")
     body = 6.5 * up + 0.9 * out
     axes.add_patch(Ellipse((body[0], body[1]), 3.4, 0.9, angle=slope_deg, facecolor="0.9", edgecolor="0.6"))
     for hip in (-1.1, 0.0, 1.1):
         axes.plot(*zip(body + hip * up, body + (hip + 0.2) * up - 0.9 * out, strict=True), color="0.6", linewidth=0.8)
     axes.plot(*body, "o", color="black", markersize=5)
-    _arrow(axes, (body[0], body[1]), (body[0], body[1] - 2.8))
+    arrow(axes, (body[0], body[1]), (body[0], body[1] - 2.8))
     axes.text(body[0] + 0.2, body[1] - 2.6, r"$m\,g$", va="center")
     pull = body - 2.8 * math.sin(slope) * up
-    _arrow(axes, (body[0], body[1]), (pull[0], pull[1]), COLOURS[1])
+    arrow(axes, (body[0], body[1]), (pull[0], pull[1]), COLOURS[1])
     axes.text(
         pull[0] + 0.6 * out[0], pull[1] + 0.6 * out[1], r"$m\,g\,\sin\sigma$", ha="right", va="bottom", color=COLOURS[1]
     )
@@ -158,7 +159,7 @@ def _length(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
     axes.plot(time, 1e3 * run["leg_length"].sel(leg=leg.name), color=COLOURS[0], label="actual")
     axes.axhline(1e3 * leg.length, color=GRAY, linewidth=0.6)
     axes.text(2.02, 1e3 * leg.length, r"$l_0$", va="center")
-    _dimension(axes, (1.88, 1e3 * leg.length), (1.88, 1e3 * (leg.length + abs(change))))
+    dimension(axes, (1.88, 1e3 * leg.length), (1.88, 1e3 * (leg.length + abs(change))))
     axes.text(1.86, 1e3 * (leg.length + 0.5 * abs(change)), r"$|l_\mathrm{dev}|$", ha="right", va="center")
     axes.axhline(1e3 * (leg.length + abs(change)), color=GRAY, linewidth=0.4, linestyle=":")
     off = float(gait.liftoff[pair])
@@ -167,33 +168,6 @@ def _length(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
     axes.plot(off, 1e3 * end, "o", color="black", markerfacecolor="white", label="lift-off")
     axes.set(title=f"length of leg {leg.name}", xlabel=r"time ($t_\mathrm{des}$)", ylabel="mm", xlim=(0.0, 2.0))
     axes.legend(loc="lower left")
-
-
-def _spring(axes: Axes, start: tuple[float, float], end: tuple[float, float], colour: str) -> None:
-    """Draw a spring, straight at its ends."""
-    reach = np.subtract(end, start)
-    length = float(np.hypot(*reach))
-    along = np.concatenate([[0.0], np.linspace(0.3, 0.8, 13), [1.0]])
-    aside = np.concatenate([[0.0, 0.0], np.tile([1.0, -1.0], 6)[:11], [0.0, 0.0]])
-    points = np.outer(along, reach) + np.outer(aside, [-reach[1], reach[0]]) / length
-    axes.plot(start[0] + points[:, 0], start[1] + points[:, 1], color=colour, linewidth=1.0)
-
-
-def _angle(axes: Axes, centre: tuple[float, float], radius: float, start: float, end: float, words: str) -> None:
-    """Draw an angle between two directions (deg) with its name outside of the arc."""
-    low, high = sorted((start, end))
-    axes.add_patch(Arc(centre, 2 * radius, 2 * radius, theta1=low, theta2=high, color=GRAY, linewidth=0.8))
-    middle = math.radians(0.5 * (start + end))
-    away = radius * 1.0 + 0.06 * float(np.ptp(axes.dataLim.intervaly))
-    axes.text(centre[0] + away * math.cos(middle), centre[1] + away * math.sin(middle), words, ha="center", va="center")
-
-
-def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float], colour: str = "black") -> None:
-    axes.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0})
-
-
-def _dimension(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> None:
-    axes.annotate("", end, start, arrowprops={"arrowstyle": "<->", "color": GRAY, "shrinkA": 0, "shrinkB": 0})
 
 
 def _scales(axes: Axes, corner: tuple[float, float], along: float, across: float) -> None:

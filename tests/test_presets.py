@@ -1,0 +1,196 @@
+"""Every preset: its gaits against the oracle, and what the commands make of it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import legspring as ls
+from legspring import Gait, load_animal
+from tests.oracle import heyoka_rules
+from tests.test_cli import error, records, run
+
+each = pytest.mark.parametrize("name", ls.presets())
+
+
+def place(name: str) -> dict[str, float]:
+    """Where to look for gaits: nothing that the animal does without."""
+    animal = load_animal(name)
+    low, high = animal.speed_law.domain_deg
+    return ({"slope": 45.0} if low < high else {}) | ({"heading": 0.15} if animal.tuned else {})
+
+
+def options(name: str) -> list[str]:
+    """The same on the command line."""
+    return [word for option, value in place(name).items() for word in (f"--{option}", str(value))]
+
+
+@pytest.fixture(scope="module")
+def gaits() -> dict[str, Gait]:
+    """The first gait of each preset."""
+    found = {}
+    for name in ls.presets():
+        where = place(name)
+        found[name] = ls.find_gaits(load_animal(name), slope_deg=where.get("slope"), heading=where.get("heading"))[0]
+    return found
+
+
+@each
+def test_a_preset_says_what_it_is(name: str) -> None:
+    animal = load_animal(name)
+    assert 20 < len(animal.summary) <= 100
+    assert animal.summary.endswith(")"), "ends with its source, in brackets"
+    assert animal.source
+
+
+@each
+def test_first_gait_against_the_oracle(name: str, gaits: dict[str, Gait]) -> None:
+    gait = gaits[name]
+    setting = gait.setting
+    walker = heyoka_rules.Walker(
+        body=setting.body,
+        legs=setting.legs(gait.phase)[:, :10],
+        side=setting.side,
+        offset=setting.offset,
+        start=gait.start.in_kernel_units(setting),
+        yaws=setting.rows == 6,
+    )
+    expected = heyoka_rules.simulate(walker, setting.steps_per_stride)
+    scale = np.array([setting.step_length] * 4 + [1.0, 1.0])
+    states = gait.tape.touchdowns / scale[: setting.rows]
+    np.testing.assert_allclose(states, (expected.states / scale)[:, : setting.rows], rtol=0, atol=1e-10)
+    kinds = {"touchdown": "touch-down", "liftoff": "lift-off"}
+    words = [f"{gait.animal.legs[leg].name} {kinds[kind]}" for leg, kind in expected.sequence]
+    assert sorted(gait.events) == sorted(words)
+    # By the oracle alone it is a gait.
+    ends = (expected.states / scale)[[0, -1], 2:]
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-9)
+
+
+@each
+def test_gaits(name: str, gaits: dict[str, Gait]) -> None:
+    animal, gait = load_animal(name), gaits[name]
+    first = records("gaits", name, *options(name))[0]
+    assert (first["speed"], first["heading"]) == pytest.approx((gait.speed, gait.heading))
+    assert first["mean_speed"] == pytest.approx(gait.mean_speed)
+    assert (first["reduced_eigenvalue"] is None) == (not animal.tuned)
+    shown = run("gaits", name, *options(name)).stdout.splitlines()
+    assert shown[0].startswith(f"{name}: slope {gait.slope_deg:g} deg")
+    assert max(map(len, shown[:8])) <= 80
+    assert f" {gait.speed:.4f} " in shown[5]
+    assert animal.tuned or f" {gait.heading:.4f} " in shown[5]
+    assert "nan" not in "".join(shown)
+
+
+@each
+def test_simulate(name: str, gaits: dict[str, Gait], tmp_path: Path) -> None:
+    gait = gaits[name]
+    (found,) = records("simulate", name, *options(name), "--strides", "2", "--figure", tmp_path / "run.png")
+    assert found["speed"] == pytest.approx(gait.speed)
+    assert np.hypot(*found["velocity"]) == pytest.approx(gait.speed, rel=1e-9)
+    assert np.max(np.abs(found["displacement"])) == pytest.approx(
+        2 * gait.setting.steps_per_stride * gait.distance, rel=1e-6
+    )
+    assert (tmp_path / "run.png").exists()
+
+
+@pytest.mark.parametrize("name", [name for name in ls.presets() if not load_animal(name).tuned])
+def test_simulate_a_start_with_the_phases_that_are_given(name: str) -> None:
+    slope = [] if "slope" not in place(name) else ["--slope", "45"]
+    heading = "-1.65" if load_animal(name).sagittal else "0.05"
+    speed = load_animal(name).speed_law.level if not load_animal(name).sagittal else 5.2
+    (found,) = records("simulate", name, *slope, "--speed", str(speed), "--heading", heading, "--strides", "1")
+    assert (found["branch"], found["speed"]) == (None, speed)
+    assert found["phase"] == list(load_animal(name).phase)
+
+
+@each
+def test_recover(name: str, tmp_path: Path) -> None:
+    arguments = ["recover", name, *options(name), "--impulse", "0.01"]
+    if load_animal(name).conservative:
+        assert error(*arguments) == (
+            f"animal = '{name}': must have legs that do work, or lose some, to come back from a push; this one "
+            "conserves energy and keeps what it is given"
+        )
+    else:
+        (found,) = records(*arguments, "--figure", tmp_path / "recovery.png")
+        assert found["recovered"] == (found["steps"] is not None)
+        assert len(found["distance"]) == 101
+
+
+@each
+def test_atlas(name: str, tmp_path: Path) -> None:
+    animal, out = load_animal(name), tmp_path / "a.nc"
+    arguments = ["atlas", name, "--out", str(out), "--slopes", "90", "--headings", "0.4", "--no-recovery"]
+    if animal.tuned:
+        assert run(*arguments).stdout.endswith(" gaits in 1 of 1 cells\n")
+    else:
+        assert error(*arguments) == (
+            f"animal = '{name}': must have actuated legs whose phases are not given for a map over slope and heading; "
+            "this one's gaits have speeds and headings of their own"
+        )
+    assert out.exists() == animal.tuned
+
+
+@pytest.mark.parametrize("name", [name for name in ls.presets() if name != "cockroach"])
+def test_optimize(name: str) -> None:
+    """The cockroach is optimised elsewhere."""
+    reason = (
+        "its yaw held for its actuation to be optimised"
+        if load_animal(name).tuned
+        else "actuated legs whose phases are not given for its actuation to be optimised; this one's gaits have speeds "
+        "and headings of their own"
+    )
+    assert error("optimize", name, *options(name)) == f"animal = '{name}': must have {reason}"
+
+
+def test_presets_are_listed_one_a_line() -> None:
+    lines = run("presets").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == list(ls.presets())
+    assert all(line.endswith(load_animal(line.split()[0]).summary) for line in lines)
+    listed = records("presets")
+    assert [animal["name"] for animal in listed] == list(ls.presets())
+    assert all(animal["source"] == load_animal(animal["name"]).source for animal in listed)
+
+
+def test_presets_are_drawn(tmp_path: Path) -> None:
+    result = run("presets", "--figure", tmp_path / "all.png", "--figures", tmp_path / "each")
+    assert result.exit_code == 0
+    assert (tmp_path / "all.png").read_bytes().startswith(b"\x89PNG")
+    assert sorted(file.stem for file in (tmp_path / "each").iterdir()) == list(ls.presets())
+
+
+BAD = {
+    "gaits cockroach --heading 0.1": "--slope is missing: must be an angle from -90 to 90 degrees",
+    "gaits cockroach --slope 45": "--heading is missing: must be an angle in radians",
+    "recover cockroach --slope 45": "--heading is missing: must be an angle in radians",
+    "optimize cockroach --slope 45": "--heading is missing: must be an angle in radians",
+    "simulate cockroach": "--slope is missing: must be an angle from -90 to 90 degrees",
+    "gaits lateral_leg_spring --heading 0.1": (
+        "--heading = 0.1: must be left out; gaits of lateral_leg_spring have their own"
+    ),
+    "gaits lateral_leg_spring --slope 10": "slope = 10 deg: must be 0 deg",
+    "gaits lateral_leg_spring --family A": "family = 'A': must be one of P",
+    "gaits climbing_template --actuation 0.01": (
+        "--actuation = '0.01': must be left out; gaits of climbing_template have the animal's"
+    ),
+    "gaits spring_loaded_inverted_pendulum --slope 0": "slope = 0 deg: must be 90 deg",
+    "simulate lateral_leg_spring --branch 3": "--branch = 3: must be one of 0",
+    "simulate lateral_leg_spring --speed 0.5": "a start that is no gait must have --speed and --heading",
+    "simulate lateral_leg_spring --phase 10": "a start that is no gait must have --speed and --heading",
+    "simulate lateral_leg_spring --speed 0.5 --heading 0.1 --branch 0": (
+        "--branch = 0: must be left out for a start that is no gait"
+    ),
+    "simulate lateral_leg_spring --speed 0.5 --heading 0.1 --phase 1,2": (
+        "--phase = '1,2': must be one angle for each of T, in degrees"
+    ),
+    "simulate lateral_leg_spring --speed 0.5 --heading 4": (
+        "heading = 4.0: must be a finite angle within +-3.142 rad (180 deg)"
+    ),
+    "simulate spring_loaded_inverted_pendulum --strides 0.5": "strides = 0.5: must be a whole number, up to 2000",
+}
+
+
+@pytest.mark.parametrize("arguments", BAD)
+def test_arguments_that_an_animal_does_not_take(arguments: str) -> None:
+    assert error(*arguments.split()) == BAD[arguments]
