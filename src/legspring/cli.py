@@ -577,7 +577,7 @@ def parse_phase(animal: "Animal", text: str) -> list[float]:
 
 
 def draw_presets(animals: "Sequence[Animal]", directory: Path) -> None:
-    """Draw each animal, with the first gait on a slope, into a file of its name."""
+    """Draw each animal, with the most stable of its gaits there, into a file of its name."""
     with patience("drawing"):
         from legspring.figures import draw_animal, save_figure
         from legspring.solve import search_gaits
