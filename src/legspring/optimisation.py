@@ -21,7 +21,7 @@ from legspring.kernel import newton
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Candidate, Goal, Objective, Score
-from legspring.optimum import LATEST_OF_ALL, Programme
+from legspring.optimum import ITERATIONS, LATEST_OF_ALL, Programme
 from legspring.setting import checked_slope
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
 from legspring.trial import Map, Trial, pair_lengths
@@ -30,7 +30,7 @@ Method = Literal["default", "nelder-mead"]
 
 NODES = 256
 """Actuations at which a search looks for gaits; a power of two."""
-NEIGHBOURS = 4
+NEIGHBOURS = 3
 """Actuations to which each solution is continued."""
 STARTS = 1
 """Starts at each actuation."""
@@ -42,6 +42,8 @@ APART = 0.35
 """Difference of phases between starts of polishing, rad."""
 TIE = 1e-3
 """Difference of objectives that does not count."""
+FIRST_ITERATIONS = 8
+"""Iterations after which only the best of some searches goes on."""
 GAIN = 1e-4
 """Gain for which it is worth starting a search again from where it ended."""
 MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
@@ -279,11 +281,13 @@ def spread_out(candidates: Iterable[Candidate], count: int) -> list[Candidate]:
     return out
 
 
-def polish(objective: Objective, start: Candidate, most: float | None = None) -> End | None:
+def polish(
+    objective: Objective, start: Candidate, most: float | None = None, iterations: int = ITERATIONS
+) -> End | None:
     """Minimise the objective, or, given what is good enough, the actuation; None if the search ends at no gait."""
     programme = Programme(objective)
     before = objective(*start)
-    x, reason = programme.minimise(programme.start(start.actuation, start.unknowns, before.beside), most)
+    x, reason = programme.minimise(programme.start(start.actuation, start.unknowns, before.beside), most, iterations)
     objective.evaluations += programme.evaluations
     score = objective(x[programme.u], x[programme.z], x[programme.beside])
     if most is None:
@@ -293,10 +297,10 @@ def polish(objective: Objective, start: Candidate, most: float | None = None) ->
 
 
 def explore(objective: Objective, starts: Iterable[Candidate]) -> list[End]:
-    """Polish one gait after the other, until one is as good as can be; return where that ended, the best first."""
+    """Polish some gaits, the best of them well, until one is as good as can be; return the ends, the best first."""
     ends: list[End] = []
     for start in starts:
-        end = polish(objective, start)
+        end = polish(objective, start, iterations=FIRST_ITERATIONS)
         if end is not None:
             ends.append(end)
             if is_as_good_as_can_be(objective, end):

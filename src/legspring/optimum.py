@@ -237,7 +237,7 @@ class Programme:
         radius = float(np.max(np.abs(np.roots([1.0, *c]))))
         return radius if self.objective.of == "reduced" else radius**2
 
-    def minimise(self, x: Floats, most: float | None = None) -> tuple[Floats, str]:
+    def minimise(self, x: Floats, most: float | None = None, iterations: int = ITERATIONS) -> tuple[Floats, str]:
         """Minimise what is to be small, or, where it need only be at most so much, the actuation.
 
         Returns
@@ -268,7 +268,7 @@ class Programme:
             method="SLSQP",
             bounds=self.bounds,
             constraints=constraints,
-            options={"maxiter": ITERATIONS, "ftol": PRECISION},
+            options={"maxiter": iterations, "ftol": PRECISION},
         )
         return self.restored(found.x), REASONS.get(found.status, str(found.message))
 
