@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from legspring import Animal, Gait, find_gaits, load_animal, search_gaits
+from legspring import Animal, Gait, find_gaits, load_animal, search_gaits, simulate
 from legspring.periodic import PeriodicProblem
-from legspring.returnmap import complete_map
+from legspring.returnmap import IntegrationError, complete_map
+
+COSINE = math.cos(math.radians(10.0))
 
 TEMPLATES = [
     "climbing_template",
@@ -57,6 +59,21 @@ def test_published_apexes_of_the_inverted_pendulum(
     assert np.sort(np.abs(gait.multipliers))[0] == pytest.approx(1.0, abs=1e-9)
     if multiplier is not None:
         assert abs(gait.multipliers[0]) == pytest.approx(multiplier, abs=1e-5)
+
+
+def test_a_stride_of_the_inverted_pendulum_in_time() -> None:
+    """Up to the apex and down again, from touch-down to touch-down."""
+    speed, height = 1.017450873821607, 1.182441943200824
+    (gait,) = find_gaits(pendulum(1.0, 100.0, 10.0, 10.0, math.hypot(speed, math.sqrt(20.0 * (height - COSINE)))))
+    run = gait.simulate(strides=2)
+    above = run.position[:, 1] - run.foot[0, 0, 1]
+    assert above.max() == pytest.approx(height, abs=1e-4)
+    assert list(run.event_kind.values) == ["lift-off", "touch-down"] * 2
+    assert run.time[-1] == run.event_time[-1] == pytest.approx(2.0 * gait.step_duration)
+    # No gravity along the plane: nothing brings the foot back.
+    flat = gait.animal.replace(speed_law={"level": 1.0, "vertical": 1.0})
+    with pytest.raises(IntegrationError, match="no leg touches down any more"):
+        simulate(flat, slope_deg=0, heading=gait.heading, speed=gait.speed)
 
 
 def test_published_pair_of_gaits_and_where_it_is_gone() -> None:
