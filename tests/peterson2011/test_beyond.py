@@ -37,10 +37,10 @@ def back_pulls(roach: ls.Animal) -> xr.Dataset:
 
 
 def fronts() -> xr.Dataset:
-    """Return a conflict at 0 deg, where 0.05 of the eigenvalue is worth two thirds of the saving, and none at 20."""
+    """Return a conflict at 0 deg, where 0.1 of the eigenvalue is worth two thirds of the saving, and none at 20."""
     dims = ("slope_deg", "family", "point")
     empty = [math.nan] * 3
-    eigenvalues = [[[0.30, 0.34, 0.60], [0.40, 0.5, math.nan]], [empty, [0.20, math.nan, math.nan]]]
+    eigenvalues = [[[0.30, 0.34, 0.60], [0.45, 0.5, math.nan]], [empty, [0.20, math.nan, math.nan]]]
     costs = [[[1.20, 0.80, 0.65], [0.70, 0.60, math.nan]], [empty, [0.342, math.nan, math.nan]]]
     return xr.Dataset(
         {"reduced_eigenvalue": (dims, eigenvalues), "transport_cost": (dims, costs)},

@@ -36,7 +36,7 @@ SAME = 1e-6
 """Differences below it are none."""
 STABLE = 0.1
 """Eigenvalue below which we speak of a gait that is all but ideally stable."""
-YIELD = 0.05
+YIELD = 0.1
 """How much of the eigenvalue to give up for a lower cost."""
 FREE = 0.01
 """Difference of costs below which there is no conflict of stability and efficiency."""
