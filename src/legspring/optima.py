@@ -3,7 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -17,6 +17,7 @@ from legspring.model import Animal
 from legspring.objective import NO_GAIT, Candidate, Goal, Objective
 from legspring.optimisation import (
     APART,
+    FIRST_ITERATIONS,
     GAIN,
     TIE,
     End,
@@ -28,6 +29,7 @@ from legspring.optimisation import (
     is_as_good_as_can_be,
     lessen,
     nelder_mead,
+    polish,
     rank,
     scan,
     spread_out,
@@ -52,8 +54,10 @@ from legspring.trial import GOAL, Map, pair_lengths
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
 """Actuations at which each cell is searched for gaits; neighbouring cells give more."""
-POLISHED, SEARCHED = 4, 6
-"""Gaits of each cell that are polished, and of those that are searched more closely."""
+POLISHED = 4
+"""Gaits of each cell that are polished."""
+HALTS = 0.25, 0.5, 0.75, 1.0
+"""Shares of the way from one cell to the next at which optima are looked for."""
 KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
 ROUNDS = 8
@@ -93,11 +97,23 @@ class Case:
         return Objective(self.animal, math.radians(self.slope_deg), self.heading, self.family, goal, self.of)
 
 
-def searched(case: Case, goal: Goal, seed: int, ends: Sequence[End]) -> list[End]:
-    """Search a case again, more closely; return all ends, the best first."""
-    objective = case.objective(goal)
-    found = explore(objective, spread_out(rank(objective, scan(objective.trial, seed, 2 * NODES)), SEARCHED))
-    return sorted([*ends, *found], key=lambda end: end.score.total)[:KEPT]
+def approached(case: Case, goal: Goal, origins: Sequence[tuple[Case, Candidate]], ends: Sequence[End]) -> list[End]:
+    """Search a case from optima of its neighbours by way of what lies in between; return all ends, the best first."""
+    found = list(ends)
+    for origin, candidate in origins:
+        for share in HALTS:
+            slope_deg, heading = (
+                getattr(origin, name) + share * (getattr(case, name) - getattr(origin, name))
+                for name in ("slope_deg", "heading")
+            )
+            objective = replace(case, slope_deg=slope_deg, heading=heading).objective(goal)
+            end = polish(objective, candidate, iterations=FIRST_ITERATIONS)
+            if end is None:
+                break
+            candidate = end.candidate
+        else:
+            found += explore(objective, [candidate])
+    return sorted(found, key=lambda end: end.score.total)[:KEPT]
 
 
 def explored(case: Case, seed: int) -> dict[Goal, list[End]]:
@@ -179,6 +195,15 @@ def doubtful(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]]) 
     return found
 
 
+def origins_of(
+    cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], spot: Spot, goal: Goal
+) -> list[tuple[Case, Candidate]]:
+    """Return the neighbours of a case that have an optimum, with it."""
+    row, column, family = spot
+    around: list[Spot] = [(*near, family) for near in neighbours((row, column))]
+    return [(cases[near], ends[near, goal][0].candidate) for near in around if ends.get((near, goal))]
+
+
 def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
     """Return what a dataset says about the end of a search; None if that is no gait after all."""
     optimum = finished(case.objective(goal), end, "default")
@@ -234,6 +259,16 @@ def is_less(before: Sequence[End], after: Sequence[End]) -> bool:
     return after[0].effort < before[0].effort - LESS
 
 
+def look_closer(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], pool: "Pool") -> None:
+    """Search the cases that stand out by way of what lies between them and their neighbours; pass on what is found."""
+    doubts = doubtful(cases, ends)
+    tasks = [(cases[spot], goal, origins_of(cases, ends, spot, goal), ends[spot, goal]) for spot, goal in doubts]
+    found = dict(zip(doubts, pool.run(approached, tasks, "searching more closely"), strict=True))
+    fresh = {key for key in doubts if is_better(ends[key], found[key])}
+    ends |= found
+    pass_on(cases, ends, improved, 2, is_better, pool, fresh)
+
+
 def default_search(
     cases: dict[Spot, Case], known: dict[tuple[Spot, Goal], Candidate], seed: int, pool: "Pool"
 ) -> dict[tuple[Spot, Goal], dict[str, Any]]:
@@ -243,11 +278,7 @@ def default_search(
     tasks = [(cases[spot], goal, [start], ends[spot, goal]) for (spot, goal), start in known.items()]
     ends |= dict(zip(known, pool.run(improved, tasks), strict=True))
     pass_on(cases, ends, improved, 2, is_better, pool)
-    doubts = doubtful(cases, ends)
-    closer = pool.run(searched, [(cases[key[0]], key[1], seed, ends[key]) for key in doubts], "searching more closely")
-    fresh = {key for key, found in zip(doubts, closer, strict=True) if is_better(ends[key], found)}
-    ends |= dict(zip(doubts, closer, strict=True))
-    pass_on(cases, ends, improved, 2, is_better, pool, fresh)
+    look_closer(cases, ends, pool)
     keys = [key for key, here in ends.items() if here]
     least = pool.run(settled, [(cases[spot], goal, ends[spot, goal]) for spot, goal in keys], "least actuations")
     ends = dict(zip(keys, least, strict=True))
