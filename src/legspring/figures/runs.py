@@ -160,7 +160,8 @@ def _draw_velocity(axes: Axes, run: xr.Dataset) -> None:
     for axis, dashes in (("fore_aft", "-"), ("lateral", "--")):
         axes.plot(time, velocity.sel(axis=axis), dashes, color="black", label=axis_names(run)[axis])
     axes.set_ylabel(f"velocity ({velocity.units})")
-    axes.legend(loc="center right", ncols=2)
+    # Above the lines, whatever they do.
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=2)
 
 
 def _draw_forces(axes: Axes, run: xr.Dataset, axis: str, colours: Sequence[str]) -> None:
