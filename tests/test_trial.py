@@ -162,3 +162,10 @@ def test_bodies_that_yaw_are_refused(roach: Animal) -> None:
         Trial(roach.replace(yaw="free", inertia=2.04e-7), 0.5, 0.15, "B")
     with pytest.raises(ValueError, match="heading = 2"):
         Trial(roach, 0.5, 2.0, "B")
+
+
+@pytest.mark.parametrize("change", [{"length_law": "l0 - ldev*sin(pi*t + phi)"}, {"damping": 0.01}, {"stance": 0.8}])
+def test_legs_with_other_rules_are_refused(roach: Animal, change: dict[str, object]) -> None:
+    """The constraints of Table 3.1 are about the sinusoid and zero force."""
+    with pytest.raises(ValueError, match="must have legs without length_law, stance and damping"):
+        Trial(roach.replace(**change), 0.5, 0.15, "B")

@@ -281,14 +281,17 @@ class Problem(BaseProblem):
         return 1 + len(self.setting.animal.pairs) + (2 if self.setting.rows == 6 else 0)
 
     def phase_range(self) -> Floats:
-        """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait."""
+        """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
+
+        Only legs as the thesis has them begin with a force whose sign the phase decides.
+        """
         setting, fastest = self.setting, SPEED_RANGE[1] * self.setting.step_length
         spin = YAW_RANGE[1] if setting.rows == 6 else 0.0
         bound = np.full(len(setting.actuation), -1.0)
         for leg, pair, side, offset in zip(
             setting.animal.legs, setting.animal.pair_of, setting.side, setting.offset, strict=True
         ):
-            if offset == 0.0 and setting.actuation[pair] > 0.0:
+            if offset == 0.0 and setting.actuation[pair] > 0.0 and leg.plain:
                 along = side * math.cos(leg.angle - self.heading)
                 speed = fastest if along < 0.0 else SPEED_RANGE[0] * setting.step_length
                 lever = leg.hip[0] * math.cos(leg.angle) + leg.hip[1] * math.sin(leg.angle)

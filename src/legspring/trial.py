@@ -69,6 +69,11 @@ class Trial:
         check_tuned(animal, "for its actuation to be optimised")
         if animal.body.yaw == "free":
             raise ValueError(f"animal = {animal.name!r}: must have its yaw held for its actuation to be optimised")
+        if not all(leg.plain for leg in animal.legs):
+            raise ValueError(
+                f"animal = {animal.name!r}: must have legs without length_law, stance and damping for its actuation to "
+                "be optimised"
+            )
         self.problem = Problem(animal, slope, heading, family)
         self.setting = setting = self.problem.setting
         self.heading, self.family = self.problem.heading, family

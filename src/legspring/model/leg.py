@@ -126,6 +126,11 @@ class Leg(Frozen):
         """Signed amplitude ldev of eq. (2.2) (m): negative in a leg that pushes."""
         return -self.actuation if self.function == "push" else self.actuation
 
+    @property
+    def plain(self) -> bool:
+        """Whether it is a leg of the thesis: on the sinusoid, without a damper, up when its force is zero."""
+        return self.length_law is None and self.stance is None and self.damping == 0.0
+
     def mirrored(self, name: str, partners: Mapping[str, str] = _NOBODY) -> "Leg":
         """Return the leg's mirror image: on the body's other side, one step later.
 
