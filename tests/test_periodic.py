@@ -138,7 +138,7 @@ def test_six_legs_at_one_hip_are_the_lateral_leg_spring() -> None:
     """Three legs of a third of the stiffness each are one; that the clock puts them down in time changes nothing."""
     (one,) = find_gaits(load_animal("lateral_leg_spring"))
     angles = {"hip": (0.0, -0.002), "angle_deg": (45.0, 45.0, 45.0), "offset": 0.0}
-    many = load_animal("hexapod").replace(step_law=one.setting.step_duration, **angles)
+    many = load_animal("hexapod").replace(step_law=one.step_duration, **angles)
     (gait,) = find_gaits(many)
     assert gait.heading == pytest.approx(one.heading, abs=1e-7)
     assert gait.mean_speed == pytest.approx(one.mean_speed, rel=1e-7)
@@ -197,7 +197,7 @@ def test_gaits_scale_with_size() -> None:
     large = small.replace(length=0.034, hip=(0.0, -0.004), inertia=4.0 * 2.5e-7, speed_law=law)
     (one,), (other,) = find_gaits(small), find_gaits(large)
     assert other.heading == pytest.approx(one.heading, abs=1e-9)
-    assert other.setting.step_duration == pytest.approx(one.setting.step_duration, rel=1e-9)
+    assert other.step_duration == pytest.approx(one.step_duration, rel=1e-9)
     assert np.abs(other.multipliers) == pytest.approx(np.abs(one.multipliers), abs=1e-7)
 
 

@@ -15,6 +15,7 @@ from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.robustness import Recovery, recover
 from legspring.measures.stability import largest_magnitude, multipliers
 from legspring.model import Animal
+from legspring.repetition import departure
 from legspring.returnmap import IntegrationError, Start, complete_map, flow, reduced_map, step_ends
 from legspring.setting import TIGHT, Setting
 
@@ -29,6 +30,10 @@ GRAZING = 0.01
 """Rate at lift-off, in units of v_des, below which a leg grazes."""
 
 
+NOWHERE = 1e-6
+"""Progress of a step, by the path that its speed would take, below which there is none."""
+
+
 class Invalid(StrEnum):
     """Why a solution of a gait's conditions is no gait (model section 3)."""
 
@@ -37,11 +42,12 @@ class Invalid(StrEnum):
     WRONG_SIGN = "a leg pulls that should push, or pushes that should pull"
     IDLE = "a leg bears less than a thousandth of the weight"
     OLD_LEGS = "the legs down at the start are not those that the step before leaves down"
+    DEPARTS = "the motion does not repeat itself"
 
 
 @dataclass(frozen=True)
 class Gait:
-    """A periodic way of running: each step mirrors the one before.
+    """A periodic way of running: steps are all alike, or each mirrors the one before.
 
     Attributes
     ----------
@@ -106,19 +112,16 @@ class Gait:
         steps = self.setting.steps_per_stride
         return flow(self.setting, self.phase, self.start, steps=steps, record=True, accuracy=TIGHT)[1]
 
-    @cached_property
+    @property
     def first_legs(self) -> tuple[int, ...]:
         """For each pair, its leg that touches down at time 0."""
-        setting = self.setting
-        return tuple(
-            int(np.flatnonzero((setting.pair == pair) & (setting.offset == 0.0))[0])
-            for pair in range(len(self.animal.pairs))
-        )
+        return self.animal.first_legs
 
     @cached_property
     def liftoff(self) -> Floats:
         """Time from touch-down to lift-off of each pair of legs, in step durations; nan if there is none."""
-        return np.array([self._liftoff(leg)[0] for leg in self.first_legs])
+        unit = step_ends(self.setting, self.tape)[1]
+        return np.array([self._liftoff(leg)[0] for leg in self.first_legs]) / unit
 
     def _liftoff(self, leg: int) -> tuple[float, float]:
         """Time of the lift-off of a leg put down at time 0, and the rate of its gap then."""
@@ -170,7 +173,9 @@ class Gait:
             left_down = self.liftoff[self.setting.pair[index]] > 1.0
             if old.offset == 1.0 and left_down != bool(self.tape.down[0, index]):
                 return Invalid.OLD_LEGS, old.name
-        return None
+        largest = float(np.max(np.abs(self.multipliers)))
+        found = departure(self.setting, self.phase, self.start, largest)
+        return None if found is None else (Invalid.DEPARTS, found.what)
 
     @cached_property
     def reduced_eigenvalue(self) -> float:
@@ -193,14 +198,14 @@ class Gait:
 
     @property
     def conserved(self) -> tuple[str, ...]:
-        """What no step changes, and so has a multiplier of 1: energy, or the direction where all are alike."""
-        found = {"energy": self.animal.conservative, "direction": self.setting.isotropic}
-        return tuple(name for name, is_so in found.items() if is_so)
+        """What no step changes, and so has a multiplier of 1 (see `legspring.setting.Setting.conserved`)."""
+        return self.setting.conserved
 
     @cached_property
     def work(self) -> Floats:
-        """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``."""
-        return work_of_legs(self.setting, self.tape) * (self.setting.step_length / self.distance)
+        """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``; nan at no distance."""
+        share = self.setting.step_length / self.distance if self.gets_on else math.nan
+        return work_of_legs(self.setting, self.tape) * share
 
     @cached_property
     def distance(self) -> float:
@@ -208,7 +213,12 @@ class Gait:
         if self.animal.tuned:
             return self.setting.step_length
         end = self.tape.touchdowns[1]
-        return float(end[Y] if self.setting.mirrored else math.hypot(end[X], end[Y]))
+        return float(abs(end[Y]) if self.setting.mirrored else math.hypot(end[X], end[Y]))
+
+    @property
+    def gets_on(self) -> bool:
+        """Whether a step gets anywhere: further than a millionth of how far its speed would take it."""
+        return self.distance > NOWHERE * self.speed * self.step_duration
 
     @property
     def step_duration(self) -> float:
@@ -222,8 +232,20 @@ class Gait:
 
     @property
     def transport_cost(self) -> float:
-        """Transport cost (Eq. 3.6)."""
+        """Transport cost (Eq. 3.6); nan for a gait that gets nowhere."""
         return transport_cost(self.work)
+
+    @property
+    def missing(self) -> dict[str, str]:
+        """Measures that this gait does not have, which are nan, each with the reason."""
+        reasons = {}
+        if not self.gets_on:
+            reasons["transport_cost"] = reasons["work"] = "the gait stays where it is: there is no distance to go by"
+        if not self.animal.tuned:
+            reasons["reduced_eigenvalue"] = "the animal has no desired speed by which to rebuild the old feet"
+        if math.isnan(self.grazing):
+            reasons["grazing"] = "the clock lifts all legs"
+        return reasons
 
     @cached_property
     def peak_force(self) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from legspring.gait import Gait, Invalid
 from legspring.kernel.walker import Floats
-from legspring.model import Animal, Leg, ModelError
+from legspring.model import Animal, ModelError
 from legspring.returnmap import IntegrationError
 from legspring.setting import checked_positive
 from legspring.solve import SAME, Problem
@@ -239,7 +239,7 @@ def straight(first: Animal, last: Animal) -> Path:
 
 def _varied(animal: Animal) -> tuple[Floats, Floats, Floats, Floats]:
     """Hips, stiffness and actuation of each pair, and 1/inertia (0 where the yaw is held)."""
-    body, legs = animal.body, _first_legs(animal)
+    body, legs = animal.body, [animal.legs[i] for i in animal.first_legs]
     yielding = 1.0 / body.inertia if body.yaw == "free" and body.inertia else 0.0
     hips, stiffness = [leg.hip for leg in legs], [leg.stiffness for leg in legs]
     return np.array(hips), np.array(stiffness), np.array(animal.actuation), np.array(yielding)
@@ -247,14 +247,9 @@ def _varied(animal: Animal) -> tuple[Floats, Floats, Floats, Floats]:
 
 def _feet(animal: Animal) -> Floats:
     """Nominal foot of the first leg of each pair, in the body, ``(P, 2)``, m."""
-    legs = _first_legs(animal)
+    legs = [animal.legs[i] for i in animal.first_legs]
     length, angle = np.array([leg.length for leg in legs]), np.array([leg.angle for leg in legs])
     return np.array([leg.hip for leg in legs]) + np.stack([-length * np.sin(angle), length * np.cos(angle)], axis=1)
-
-
-def _first_legs(animal: Animal) -> list[Leg]:
-    """Return the leg of each pair that is put down first."""
-    return [min((leg for leg in animal.legs if leg.pair == pair), key=lambda leg: leg.offset) for pair in animal.pairs]
 
 
 def _names(animal: Animal) -> list[tuple[str, str, float]]:

@@ -5,21 +5,25 @@ Where energy is conserved there is a gait at every speed, and the desired one is
 """
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from legspring.gait import Gait
 from legspring.kernel import newton
-from legspring.kernel.walker import TIME, Floats
+from legspring.kernel.newton import FASTEST, SLOWEST
+from legspring.kernel.walker import Floats
 from legspring.model import Animal
-from legspring.returnmap import IntegrationError, Start, complete_map, flow, state_names
+from legspring.returnmap import IntegrationError, Start, complete_map, state_names
 from legspring.setting import Setting
 from legspring.solve import BaseProblem, Solutions, check_offsets, spread
 
 BROKEN = 1e3
 """Residual where a step cannot be simulated."""
 MOST_EVALUATIONS = 60
+ANGLES = ("heading", "yaw")
+"""Unknowns that are the same after a whole turn."""
 RANGES = {
     "speed": (0.5, 1.5),
     "heading": (-1.0, 1.0),
@@ -45,7 +49,12 @@ class PeriodicProblem(BaseProblem):
         self.family = family
         self._check_steps()
         self.names = state_names(self.setting, memory=not self.setting.event_driven)
-        self.free = [name for name in self.names if not (name == "speed" and animal.conservative)]
+        # Where energy is conserved, the speed comes back if the rest does.
+        kept = {"speed"} if "energy" in self.setting.conserved else set()
+        # Where all directions are alike, any will do; that the body does not turn is left to `legspring.repetition`.
+        if self.setting.isotropic and not self.setting.mirrored and "yaw_rate" not in self.setting.conserved:
+            kept.add("yaw")
+        self.free = [name for name in self.names if name not in kept]
         lengths = {"speed", "Dx", "Dy"}
         self._units = [self.setting.step_length if name in lengths else 1.0 for name in self.names]
         self._rows = [self.names.index(name) for name in self.free]
@@ -73,8 +82,10 @@ class PeriodicProblem(BaseProblem):
 
     def start(self, z: Floats) -> Start:
         """Return the start of a step with some unknowns."""
-        state = dict(zip(self.names, self._units, strict=True))
-        state |= {name: state[name] * value for name, value in zip(self.free, z.tolist(), strict=True)}
+        units = dict(zip(self.names, self._units, strict=True))
+        state = dict(units)
+        state |= {name: 0.0 for name in ANGLES if name in state}
+        state |= {name: units[name] * value for name, value in zip(self.free, z.tolist(), strict=True)}
         duration = self.setting.step_duration
         displacement = (state["Dx"], state["Dy"]) if "Dx" in state else None
         yaws = {"yaw": state["yaw"], "yaw_rate": state["yaw_rate"] / duration} if "yaw" in state else {}
@@ -83,6 +94,8 @@ class PeriodicProblem(BaseProblem):
 
     def residual(self, z: Floats, accuracy: float) -> tuple[Floats, Floats]:
         """Return what a step changes in the unknowns, ``(n,)``, and its derivatives."""
+        if "speed" in self.free and not SLOWEST < z[self.free.index("speed")] < FASTEST:
+            return np.full(self.size, BROKEN), np.eye(self.size)
         try:
             image, jacobian = complete_map(self.setting, self.setting.animal.phase, self.start(z), accuracy=accuracy)
         except (IntegrationError, ValueError):
@@ -91,7 +104,7 @@ class PeriodicProblem(BaseProblem):
         by = jacobian * units / units[:, None]
         left = image[self._rows] / units[self._rows] - z
         for row, name in enumerate(self.free):
-            if name == "heading":
+            if name in ANGLES:
                 left[row] = math.remainder(left[row], 2.0 * math.pi)
         return left, by[np.ix_(self._rows, self._rows)] - np.eye(self.size)
 
@@ -105,10 +118,12 @@ class PeriodicProblem(BaseProblem):
 
     def _solve(self, z: Floats, accuracy: float, goal: float) -> tuple[Floats, int, float, float, int]:
         """Search from one start."""
+        # The method asks for values and derivatives at the same place, one after the other.
+        at = lru_cache(maxsize=1)(lambda z: self.residual(np.array(z), accuracy))
         found = least_squares(
-            lambda z: self.residual(z, accuracy)[0],
+            lambda z: at(tuple(z))[0],
             z,
-            lambda z: self.residual(z, accuracy)[1],
+            lambda z: at(tuple(z))[1],
             method="lm",
             ftol=1e-15,
             xtol=1e-15,
@@ -120,9 +135,15 @@ class PeriodicProblem(BaseProblem):
         return found.x, ending, largest, float(np.sum(found.fun**2)), found.nfev
 
     def wrapped(self, z: Floats) -> Floats:
-        """Return the same unknowns with the heading in (-pi, pi]."""
-        z, column = z.copy(), self.free.index("heading")
-        z[..., column] = math.pi - (math.pi - z[..., column]) % (2.0 * math.pi)
+        """Return the same unknowns with heading and yaw in (-pi, pi].
+
+        Where all directions are alike, a gait whose steps mirror one another is the same turned by half a turn.
+        """
+        z = z.copy()
+        for column, name in enumerate(self.free):
+            if name in ANGLES:
+                turn = math.pi if name == "yaw" and self.setting.isotropic else 2.0 * math.pi
+                z[..., column] = 0.5 * turn - (0.5 * turn - z[..., column]) % turn
         return z
 
     def unknowns(self, gait: Gait) -> Floats:
@@ -142,19 +163,14 @@ class PeriodicProblem(BaseProblem):
         if not found.residuals[0] < 100.0 * self.goal:
             return None, squares
         setting, start = self.setting, self.start(found.z[0])
-        animal = setting.animal
-        if setting.event_driven and not any(leg.actuation or leg.stance or leg.length_law for leg in animal.legs):
-            # Where legs have no clock, the step's own duration is the natural unit of time.
-            end = flow(setting, animal.phase, start)[0].clock[TIME]
-            animal = animal.replace(step_law=float(end * setting.step_duration))
         gait = Gait(
-            animal=animal,
+            animal=setting.animal,
             slope=setting.slope,
             heading=start.heading,
             family=self.family,
             speed=start.speed,
-            phase=animal.phase,
-            actuation=animal.actuation,
+            phase=setting.animal.phase,
+            actuation=setting.animal.actuation,
             residual=float(found.residuals[0]),
             yaw=start.yaw,
             yaw_rate=start.yaw_rate,

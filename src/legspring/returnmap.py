@@ -142,7 +142,7 @@ def jets(
                 start_jet[START_ROWS[name], d] = 1.0
             case (name, pair) if name in LEG_ROWS and pair in animal.pairs:
                 for i, leg in enumerate(animal.legs):
-                    mirrored = {"actuation": setting.side[i], "angle": 1.0 if leg.offset == 0.0 else -1.0}
+                    mirrored = {"actuation": setting.side[i], "angle": 1.0 if i in animal.first_legs else -1.0}
                     legs[i, LEG_ROWS[name], d] = mirrored.get(name, 1.0) if leg.pair == pair else 0.0
             case _:
                 valid = f"one of {', '.join(START_ROWS)}, or one of {', '.join(LEG_ROWS)} with a pair of legs"

@@ -235,12 +235,28 @@ class Setting:
     @property
     def mirrored(self) -> bool:
         """Whether every other step is the mirror image of the one before: legs have images on the other side."""
-        return len(self.animal.legs) > len(self.animal.pairs)
+        return len(self.animal.legs) == 2 * len(self.animal.pairs)
 
     @property
     def isotropic(self) -> bool:
         """Whether all directions are alike: for a body that yaws on the level."""
-        return self.rows == 6 and math.sin(self.slope) == 0.0
+        return self.rows == 6 and not self.animal.sagittal and self.level
+
+    @property
+    def level(self) -> bool:
+        """Whether gravity does no work along the ground."""
+        return self.animal.sagittal or math.sin(self.slope) == 0.0
+
+    @property
+    def conserved(self) -> tuple[str, ...]:
+        """What no step changes: energy, the direction where all are alike, the yaw rate where no leg turns the body."""
+        turned = any(coordinate for leg in self.animal.legs for coordinate in leg.hip)
+        found = {
+            "energy": self.animal.conservative and self.level,
+            "direction": self.isotropic,
+            "yaw_rate": self.rows == 6 and not turned,
+        }
+        return tuple(name for name, is_so in found.items() if is_so)
 
     @property
     def steps_per_stride(self) -> int:

@@ -259,6 +259,11 @@ class Problem(BaseProblem):
                 f"animal = {animal.name!r} has {len(animal.pairs)} pairs of legs: the four conditions of a gait fix "
                 "the speed and the phases of exactly three"
             )
+        if given := [leg for leg in animal.legs if leg.phase is not None]:
+            raise ValueError(
+                f"phase = {given[0].phase!r} of pair {given[0].pair!r} of animal {animal.name!r}: must be left out, or "
+                "given for all pairs; the conditions of a gait at a given heading fix all three phases"
+            )
         self.setting = Setting(animal, slope, animal.functions(family), actuation)
         self.heading = checked_angle("heading", heading, math.pi / 2)
         self.family = family

@@ -78,8 +78,7 @@ class Trial:
         self.setting = setting = self.problem.setting
         self.heading, self.family = self.problem.heading, family
         self.lengths = pair_lengths(animal)
-        pairs = range(len(animal.pairs))
-        self._first = np.array([np.flatnonzero((setting.pair == p) & (setting.offset == 0.0))[0] for p in pairs])
+        self._first = np.array(animal.first_legs)
         self._scale = setting.error_scale(ACCURACY)
         # One set of arrays for each set of directions; every simulation writes its values into them.
         self._jets: dict[tuple[Direction, ...], tuple[Floats, Floats, Floats]] = {}
@@ -88,7 +87,7 @@ class Trial:
             "speed",
             *(("phase", pair) for pair in animal.pairs),
         )
-        self._scales = np.concatenate([self.lengths, [setting.step_length], np.ones(len(pairs))])
+        self._scales = np.concatenate([self.lengths, [setting.step_length], np.ones(len(animal.pairs))])
 
     def beside(self, heading: float) -> "Trial":
         """Return the same at another heading."""

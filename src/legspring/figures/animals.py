@@ -95,11 +95,6 @@ def _rules(animal: Animal) -> list[str]:
     return list(dict.fromkeys(lines))
 
 
-def _first(animal: Animal) -> list[Leg]:
-    """Return the leg of each pair that is put down first."""
-    return [min((leg for leg in animal.legs if leg.pair == pair), key=lambda leg: leg.offset) for pair in animal.pairs]
-
-
 def _direction(leg: Leg) -> Floats:
     """Direction from the hip to the foot."""
     return np.array([-math.sin(leg.angle), math.cos(leg.angle)])
@@ -108,7 +103,7 @@ def _direction(leg: Leg) -> Floats:
 def _sketch(axes: Axes, animal: Animal, words: bool = True) -> None:
     """Draw the animal around its centre of mass, with names and angles or without."""
     size = max(math.hypot(*leg.hip) + leg.length for leg in animal.legs)
-    first = _first(animal)
+    first = [animal.legs[i] for i in animal.first_legs]
     if animal.body.yaw == "free":
         _body(axes, animal)
     for leg in animal.legs:

@@ -36,8 +36,15 @@ def inside(c: Floats, t: float) -> tuple[Floats, Floats, Floats]:
     -------
     values, by_c, by_t
         ``(3,)``, ``(3, n)``, ``(3,)``: what must not be negative, and its derivatives.
+
+    Raises
+    ------
+    ValueError
+        For another degree.
     """
     n = c.size
+    if n not in (2, 4):
+        raise ValueError("c: must be the 2 or 4 coefficients of a polynomial of that degree")
     a, by_a, values = np.zeros(n), np.ones((3, n)), np.ones(3)
     for k in range(n):
         a[k] = c[k] / t ** (k + 1)  # the coefficients of the zeros in units of t

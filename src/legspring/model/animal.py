@@ -123,6 +123,19 @@ class Animal(Frozen):
         return tuple(self.pairs.index(leg.pair) for leg in self.legs)
 
     @property
+    def first_legs(self) -> tuple[int, ...]:
+        """Index of the leg of each pair that is put down first, the one that `replace` describes."""
+        members = [[i for i, leg in enumerate(self.legs) if leg.pair == pair] for pair in self.pairs]
+        return tuple(min(legs, key=lambda i: self.legs[i].offset) for legs in members)
+
+    @property
+    def partners(self) -> tuple[int, ...]:
+        """Index of the other leg of each leg's pair; its own where it has none."""
+        others = _partners(self.legs)
+        names = [leg.name for leg in self.legs]
+        return tuple(names.index(others.get(name, name)) for name in names)
+
+    @property
     def actuation(self) -> tuple[float, ...]:
         """Amplitude abs(ldev) of each pair (m), in the order of `pairs`."""
         return tuple({leg.pair: leg.actuation for leg in self.legs}.values())
@@ -139,7 +152,7 @@ class Animal(Frozen):
 
     @property
     def conservative(self) -> bool:
-        """Whether energy is conserved: the desired speed is the one that a step starts with."""
+        """Whether the legs do no work, so that energy is conserved where gravity does none."""
         return not any(leg.actuation or leg.damping or leg.stance or leg.length_law for leg in self.legs)
 
     @property
@@ -269,8 +282,10 @@ def _changed_legs(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]
     by_pair = {name: _by_pair(name, value, animal.pairs) for name, value in changes.items()}
     partners = _partners(animal.legs)
 
+    firsts = {animal.legs[i].pair: animal.legs[i] for i in animal.first_legs}
+
     def changed(leg: Leg) -> Leg:
-        first = min((other for other in animal.legs if other.pair == leg.pair), key=lambda leg: leg.offset)
+        first = firsts[leg.pair]
         kept = {name: value for name, value in first if f"{name}_deg" not in changes}
         new = Leg(**kept | {name: values[leg.pair] for name, values in by_pair.items()})
         return new if leg.name == first.name else new.mirrored(leg.name, partners)

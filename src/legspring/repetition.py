@@ -1,0 +1,162 @@
+"""Whether a motion repeats itself: the evidence that a solution of a gait's conditions is a gait.
+
+The conditions of a gait are a few equations, and some of what they leave out is assumed: what is conserved, which feet
+are down, where they are. Here nothing is assumed. Two strides are simulated, with other steps of the integrator than
+the conditions were solved with, and all that makes up the state is compared at the start of each step with what it was
+at the start of the first one.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.kernel.walker import (
+    DOWN,
+    FOOT_X,
+    FORCE,
+    GRIP_X,
+    GYRATION,
+    LEVEL,
+    VX,
+    WATCHED,
+    YAW,
+    YAW_RATE,
+    Floats,
+    Walker,
+    X,
+)
+from legspring.returnmap import IntegrationError, Start, flow
+from legspring.setting import Setting
+
+STRIDES = 2
+ACCURACY = 3e-13
+"""Relative accuracy of the simulation: another one than that of the conditions."""
+CLOSE = 1e-8
+"""Largest departure where small ones do not grow; in units of the speed, rad, the longest leg or the kinetic energy."""
+FARTHEST = 1e-3
+"""Largest departure, however fast small ones grow: further off, nothing is known."""
+
+
+class Moment(NamedTuple):
+    """A walker at the start of a step: what comes back if the motion repeats itself.
+
+    Loads are how far legs that are down are from zero force, m; infinite for those that the clock lifts.
+    """
+
+    velocity: Floats
+    yaw: float
+    yaw_rate: float
+    down: NDArray[np.bool_]
+    loads: Floats
+    feet: Floats
+    height: float
+    depths: Floats
+    energy: float
+
+
+class Departure(NamedTuple):
+    """By how much something did not come back; scaled as `CLOSE` is, infinite for what is not a matter of degree."""
+
+    amount: float
+    what: str
+
+
+def departure(setting: Setting, phase: ArrayLike, start: Start, growth: float = 1.0) -> Departure | None:
+    """Follow a motion for two strides; say what does not come back, if there is something.
+
+    Parameters
+    ----------
+    setting, phase, start
+        The motion.
+    growth
+        By how much a small departure may grow in a stride: the largest magnitude of a multiplier.
+
+    Returns
+    -------
+    Departure or None
+        None if everything comes back to within 1e-8 max(1, growth^2), and within 1e-3 at the most.
+    """
+    allowed = min(CLOSE * max(1.0, growth**STRIDES), FARTHEST) if math.isfinite(growth) else FARTHEST
+    first = moment(setting, flow(setting, phase, start, steps=0)[0])
+    for step in range(1, STRIDES * setting.steps_per_stride + 1):
+        try:
+            walker = flow(setting, phase, start, steps=step, accuracy=ACCURACY)[0]
+        except IntegrationError as error:
+            return Departure(math.inf, f"in step {step} it {error}")
+        now = moment(setting, walker)
+        if setting.mirrored and step % 2:
+            now = mirrored(setting, now)
+        for found in departures(setting, first, now):
+            if not found.amount <= allowed:
+                return Departure(found.amount, f"after {step} step{'s' if step > 1 else ''} {found.what}")
+    return None
+
+
+def departures(setting: Setting, first: Moment, now: Moment) -> Iterator[Departure]:
+    """Compare everything, one after the other; the contacts first, as the rest depends on them."""
+    names = np.array([leg.name for leg in setting.animal.legs])
+    speed, length = math.hypot(*first.velocity), max(leg.length for leg in setting.animal.legs)
+    for words, here, there in (("is down", now, first), ("is up", first, now)):
+        for leg in np.flatnonzero(here.down & ~there.down):
+            # A leg that is just about to lift off, or has just done so, makes no difference.
+            yield Departure(here.loads[leg] / length, f"{names[leg]} {words}, which was not so at the start")
+    scale = 1.0 / setting.step_duration
+    (vx, vy), (ux, uy) = now.velocity * scale, first.velocity * scale
+    off = float(np.max(np.abs(now.velocity - first.velocity))) / speed
+    yield Departure(off, f"the velocity is ({vx:.6g}, {vy:.6g}) m/s, and not ({ux:.6g}, {uy:.6g})")
+    turned = math.remainder(now.yaw - first.yaw, 2.0 * math.pi)
+    yield Departure(abs(turned), f"the yaw is off by {turned:.3g} rad")
+    spin = now.yaw_rate - first.yaw_rate
+    yield Departure(abs(spin) * length / speed, f"the yaw rate is off by {spin * scale:.3g} rad/s")
+    both = now.down & first.down
+    for name, depth in zip(names[both], now.depths[both], strict=True):
+        yield Departure(abs(depth) / length, f"the foot of {name} is {abs(depth):.3g} m off the ground")
+    yield Departure(abs(now.height - first.height) / length, f"the height is off by {now.height - first.height:.3g} m")
+    for name, gap in zip(names[both], (now.feet - first.feet)[both], strict=True):
+        yield Departure(float(np.max(np.abs(gap))) / length, f"the foot of {name} is {np.hypot(*gap):.3g} m off")
+    if "energy" in setting.conserved:
+        off = abs(now.energy - first.energy) / first.energy
+        yield Departure(off, f"the kinetic and spring energy is off by a share of {off:.3g}")
+
+
+def moment(setting: Setting, w: Walker) -> Moment:
+    """Look at a walker; in the kernel's units."""
+    y, stance = w.y[:, 0], w.stance[:, :, 0]
+    down, place = w.contacts[:, DOWN] != 0.0, y[X : X + 2]
+    yaws = setting.rows == 6
+    yaw, rate = (float(y[YAW]), float(y[YAW_RATE])) if yaws else (0.0, 0.0)
+    feet = stance[:, FOOT_X : FOOT_X + 2] - place
+    # Where nothing stands on a ground, there are no heights.
+    level = w.contacts[:, LEVEL] if setting.animal.sagittal else np.full(len(feet), math.nan)
+    depths = np.nan_to_num(feet[:, 1] + place[1] - level)
+    height = float(np.nan_to_num(place[1] - level[0]))
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    hips = stance[:, GRIP_X : GRIP_X + 2] @ np.array([[cosine, sine], [-sine, cosine]])
+    gaps = np.hypot(*(feet - hips).T) - np.array([leg.length for leg in setting.animal.legs])
+    stiffness = setting.legs(setting.animal.phase)[:, 2]
+    energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stiffness * gaps**2)[down]))
+    if yaws:
+        energy += rate**2 / float(w.body[GYRATION, 0])
+    loads = np.where(w.contacts[:, WATCHED] == FORCE, np.abs(w.gaps[0, :, 0]), math.inf)
+    return Moment(y[VX : VX + 2].copy(), yaw, rate, down, loads, feet, height, depths, 0.5 * energy)
+
+
+def mirrored(setting: Setting, m: Moment) -> Moment:
+    """Return the mirror image of a moment, each leg in the place of the other one of its pair.
+
+    From the side, an image would run backwards: there steps have to be alike.
+    """
+    legs, side = list(setting.animal.partners), 1.0 if setting.animal.sagittal else -1.0
+    flip = np.array([side, 1.0])
+    return m._replace(
+        velocity=m.velocity * flip,
+        yaw=side * m.yaw,
+        yaw_rate=side * m.yaw_rate,
+        down=m.down[legs],
+        loads=m.loads[legs],
+        feet=m.feet[legs] * flip,
+        depths=m.depths[legs],
+    )
