@@ -35,7 +35,7 @@ NOWHERE = 1e-6
 
 
 class Invalid(StrEnum):
-    """Why a solution of a gait's conditions is no gait (model section 3)."""
+    """Why a solution of a gait's conditions is no gait."""
 
     NOT_SIMULATED = "the stride cannot be simulated"
     NO_LIFTOFF = "a leg does not lift off before its next touch-down"
@@ -249,15 +249,15 @@ class Gait:
 
     @cached_property
     def peak_force(self) -> Floats:
-        """Lateral and fore-aft peak force, with its sign, of each pair's leg that touches down first: ``(P, 2)``.
+        """Peak force along x and y, with its sign, of each pair's leg that touches down first: ``(P, 2)``.
 
-        In units of m g.
+        Lateral and fore-aft, or horizontal and vertical in a side view; in units of m g.
         """
         return np.array([peak_force(self.setting, self.tape, leg) for leg in self.first_legs])
 
     @cached_property
     def net_force(self) -> tuple[Floats, Floats]:
-        """Largest and smallest sum of the legs' forces (lateral, fore-aft) during a step, in units of m g."""
+        """Largest and smallest sum of the legs' forces (x, y) during a step, in units of m g."""
         return net_force(self.setting, self.tape)
 
     @property
@@ -280,12 +280,12 @@ class Gait:
         return turning(self.setting, self.tape)
 
     def recover(self, impulse: float) -> Recovery:
-        """Push the gait sideways and see whether it comes back (model section 4).
+        """Push the gait sideways, or fore-aft in a side view, and see whether it comes back.
 
         Parameters
         ----------
         impulse
-            In units of m v_des, > 0 to the right.
+            In units of m v_des, > 0 to the right, or forward.
 
         Raises
         ------

@@ -20,6 +20,8 @@ from legspring.kernel.walker import (
     GRIP_X,
     GYRATION,
     LEVEL,
+    SINCE,
+    TIME,
     VX,
     WATCHED,
     YAW,
@@ -43,7 +45,8 @@ FARTHEST = 1e-3
 class Moment(NamedTuple):
     """A walker at the start of a step: what comes back if the motion repeats itself.
 
-    Loads are how far legs that are down are from zero force, m; infinite for those that the clock lifts.
+    Loads are how far legs that are down are from lifting off at zero force, m; infinite for those that have just been
+    put down, or that the clock lifts.
     """
 
     velocity: Floats
@@ -140,7 +143,8 @@ def moment(setting: Setting, w: Walker) -> Moment:
     energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stiffness * gaps**2)[down]))
     if yaws:
         energy += rate**2 / float(w.body[GYRATION, 0])
-    loads = np.where(w.contacts[:, WATCHED] == FORCE, np.abs(w.gaps[0, :, 0]), math.inf)
+    leaves = (w.contacts[:, WATCHED] == FORCE) & (w.contacts[:, SINCE] < w.clock[TIME])
+    loads = np.where(leaves, np.abs(w.gaps[0, :, 0]), math.inf)
     return Moment(y[VX : VX + 2].copy(), yaw, rate, down, loads, feet, height, depths, 0.5 * energy)
 
 

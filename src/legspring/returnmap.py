@@ -244,7 +244,7 @@ def state_names(setting: Setting, memory: bool) -> list[str]:
 def complete_map(
     setting: Setting, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
 ) -> tuple[Floats, Floats]:
-    """Map the complete state at a touch-down to that one step later, mirrored (model section 4).
+    """Map the complete state at a touch-down to that one step later, mirrored.
 
     The state is (speed, heading, Dx, Dy), with (Dx, Dy) the displacement of the centre of mass over the last step,
     which says where the feet of the last tripod are; a yawing body adds (yaw, yaw rate, turn over the last step).

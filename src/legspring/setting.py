@@ -136,7 +136,8 @@ class Setting:
     Raises
     ------
     ValueError
-        If the slope is out of range or out of the speed law's domain, or the actuation does not fit the legs.
+        If the slope is out of range, out of the speed law's domain or none for a side view, or the actuation does not
+        fit the legs.
     """
 
     animal: Animal
@@ -151,6 +152,11 @@ class Setting:
         magnitudes = checked_vector("actuation", given, len(animal.pairs))
         object.__setattr__(self, "animal", animal)
         object.__setattr__(self, "slope", checked_angle("slope", slope, math.pi / 2))
+        if animal.sagittal and not math.isclose(self.slope, math.pi / 2):
+            raise ValueError(
+                f"slope = {math.degrees(self.slope):g} deg: must be 90 deg for {animal.name!r}, which is seen from the "
+                "side: gravity acts along -y, across level ground; there is no sloping ground yet"
+            )
         object.__setattr__(self, "functions", tuple(int(side) for side in functions))
         object.__setattr__(self, "actuation", tuple(float(value) for value in magnitudes))
         for leg, pair in zip(animal.legs, animal.pair_of, strict=True):
@@ -174,6 +180,11 @@ class Setting:
     def step_length(self) -> float:
         """Desired displacement of a step, v_des t_des, m."""
         return self.desired_speed * self.step_duration
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """Names of the directions x and y."""
+        return ("horizontal", "vertical") if self.animal.sagittal else ("lateral", "fore_aft")
 
     @property
     def rows(self) -> int:

@@ -78,7 +78,7 @@ def simulation(
         },
         coords={
             "time": ("time", s * setting.step_duration, _about("s", "time")),
-            "axis": ["lateral", "fore_aft"],
+            "axis": list(setting.axes),
             "leg": [leg.name for leg in setting.animal.legs],
             "pair": ("leg", [leg.pair for leg in setting.animal.legs], {"long_name": "pair that the leg belongs to"}),
         },
@@ -199,8 +199,9 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Time series over time, leg and axis (lateral, fore_aft) of position, velocity, yaw, feet, leg lengths,
-        force-free lengths and forces (in m g), the moment of all legs about the centre of mass, and the events.
+        Time series over time, leg and axis (lateral, fore_aft; in a side view horizontal, vertical) of position,
+        velocity, yaw, feet, leg lengths, force-free lengths and forces (in m g), the moment of all legs about the
+        centre of mass, and the events.
 
     Raises
     ------

@@ -114,8 +114,13 @@ class Search:
 
     def summary(self) -> str:
         """Say what was rejected and why, and how the starts ended, a line each."""
-        counts = Counter((r.solution.family, str(r.reason)) for r in self.rejections)
-        lines = [f"rejected, family {family}: {count} x {reason}" for (family, reason), count in sorted(counts.items())]
+        details: dict[tuple[str, str], list[str]] = {}
+        for rejection in self.rejections:
+            details.setdefault((rejection.solution.family, str(rejection.reason)), []).append(rejection.leg)
+        lines = [
+            f"rejected, family {family}: {len(legs)} x {reason} ({legs[0]}{', ...' if len(set(legs)) > 1 else ''})"
+            for (family, reason), legs in sorted(details.items())
+        ]
         ends = ", ".join(f"{count} {ending}" for ending, count in self.endings.items())
         return "\n".join([*lines, f"{self.starts} starts: {ends}"])
 

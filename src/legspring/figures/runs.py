@@ -90,13 +90,14 @@ def draw_recovery(recovery: Recovery) -> Figure:
 def _draw_run(run: xr.Dataset) -> tuple[Figure, Axes]:
     """Draw what a gait and a simulation have in common; return the figure and its view from above."""
     figure = new_figure(PAGE, 0.72 * PAGE)
-    names = ["velocity", "lateral", "fore_aft", "stance"]
+    axes = [str(name) for name in run["axis"].values]
+    names = ["velocity", *axes, "stance"]
     panels = figure.subplot_mosaic([["above", name] for name in names], width_ratios=(1.0, 1.5))
     legs = [str(leg) for leg in run["leg"].values]
     colours = [COLOURS[number % len(COLOURS)] for number in range(len(legs))]
     _draw_path(panels["above"], run, colours)
     _draw_velocity(panels["velocity"], run)
-    for axis in ("lateral", "fore_aft"):
+    for axis in axes:
         _draw_forces(panels[axis], run, axis, colours)
     _draw_stances(panels["stance"], run, colours)
     for name in names:
@@ -104,7 +105,7 @@ def _draw_run(run: xr.Dataset) -> tuple[Figure, Axes]:
         panels[name].set_xlim(0.0, 1e3 * run["time"].values[-1])
         if name != "stance":
             panels[name].tick_params(labelbottom=False)
-    handles, words = panels["lateral"].get_legend_handles_labels()
+    handles, words = panels[axes[0]].get_legend_handles_labels()
     figure.legend(handles, words, loc="outside lower center", ncols=len(words))
     return figure, panels["above"]
 
@@ -117,9 +118,9 @@ def _draw_path(axes: Axes, run: xr.Dataset, colours: Sequence[str]) -> None:
     for foot, colour in zip(np.moveaxis(unit * run["foot"].values, 1, 0), colours, strict=True):
         holds = np.unique(np.round(foot[np.isfinite(foot[:, 0])], 6), axis=0)
         axes.plot(holds[:, 0], holds[:, 1], "o", color=colour, markersize=4)
-    names = axis_names(run)
-    uphill = "" if names["fore_aft"] == "up" else ", uphill"
-    axes.set(xlabel=f"{names['lateral']} ({words})", ylabel=f"{names['fore_aft']}{uphill} ({words})")
+    across, along = axis_names(run)
+    uphill = ", uphill" if along == "fore-aft" else ""
+    axes.set(xlabel=f"{across} ({words})", ylabel=f"{along}{uphill} ({words})")
     # Long runs would be but a line.
     across, along = np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())
     if along < 4.0 * across:
@@ -131,10 +132,9 @@ def length_unit(run: xr.Dataset) -> tuple[float, str]:
     return (1e3, "mm") if float(run["free_length"].max()) < 0.1 else (1.0, "m")
 
 
-def axis_names(run: xr.Dataset) -> dict[str, str]:
+def axis_names(run: xr.Dataset) -> list[str]:
     """Return words for the two directions, which depend on where one looks from."""
-    side = run.attrs.get("view") == "side"
-    return {"lateral": "forward", "fore_aft": "up"} if side else {"lateral": "lateral", "fore_aft": "fore-aft"}
+    return [str(name).replace("_", "-") for name in run["axis"].values]
 
 
 def _draw_legs(axes: Axes, run: xr.Dataset, hips: Floats) -> None:
@@ -157,8 +157,8 @@ def _draw_legs(axes: Axes, run: xr.Dataset, hips: Floats) -> None:
 
 def _draw_velocity(axes: Axes, run: xr.Dataset) -> None:
     time, velocity = 1e3 * run["time"].values, run["velocity"]
-    for axis, dashes in (("fore_aft", "-"), ("lateral", "--")):
-        axes.plot(time, velocity.sel(axis=axis), dashes, color="black", label=axis_names(run)[axis])
+    for number, dashes in ((1, "-"), (0, "--")):
+        axes.plot(time, velocity.isel(axis=number), dashes, color="black", label=axis_names(run)[number])
     axes.set_ylabel(f"velocity ({velocity.units})")
     # Above the lines, whatever they do.
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.1, ncols=2)
@@ -172,7 +172,7 @@ def _draw_forces(axes: Axes, run: xr.Dataset, axis: str, colours: Sequence[str])
         stance = run["stance"].sel(leg=leg).astype(bool)
         axes.plot(time, force.sel(leg=leg).where(stance), color=colour, label=str(leg))
     axes.axhline(0.0, color=GRAY, linewidth=0.4)
-    axes.set_ylabel(f"{axis_names(run)[axis]}\nforce ({units(force.units)})")
+    axes.set_ylabel(f"{axis.replace('_', '-')}\nforce ({units(force.units)})")
 
 
 def _draw_stances(axes: Axes, run: xr.Dataset, colours: Sequence[str]) -> None:

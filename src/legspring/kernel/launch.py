@@ -117,7 +117,7 @@ def prepare_events(w: Walker) -> None:
 
 @jit
 def launch(w: Walker, start: Floats) -> None:
-    """Set a walker to the start of a step (model: start of a simulation).
+    """Set a walker to the start of a step.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ def clear(a: Floats) -> None:
 
 @jit
 def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts: Floats) -> None:
-    """Put leg i down at time s under a body in state y, such that its force is zero (model: foot placement)."""
+    """Put leg i down at time s under a body in state y, such that its force is zero."""
     yaws = y.shape[0] == 6
     contacts[i, VARIED] = 0.0
     for d in range(legs.shape[2]):

@@ -1,4 +1,4 @@
-"""Recovery from a sideways push (model section 4)."""
+"""Recovery from a push across the way, or along it in a side view: from the animal's left, or from behind."""
 
 from dataclasses import dataclass
 
