@@ -205,3 +205,9 @@ def test_a_point_off_the_equations_is_moved_onto_them(late: Gait) -> None:
         # By no more than it takes, and not beyond the bounds.
         assert np.linalg.norm(back - off) < 2.0 * np.linalg.norm(off - x)
         assert np.all((programme.bounds[:, 0] <= back) & (back <= programme.bounds[:, 1]))
+
+
+@pytest.mark.parametrize("degree", [1, 3, 5, 6])
+def test_other_degrees_are_refused(degree: int) -> None:
+    with pytest.raises(ValueError, match="2 or 4 coefficients"):
+        inside(np.full(degree, 0.1), 1.0)

@@ -139,3 +139,34 @@ def test_progress_is_that_of_the_velocity(roach: Animal) -> None:
     assert tape.touchdowns[0, [X, Y, VX, VY]] == pytest.approx(
         [0, 0, -0.27 * math.sin(0.15) * setting.step_duration, 0.27 * math.cos(0.15) * setting.step_duration]
     )
+
+
+def test_derivatives_by_angles_of_pairs_with_any_offsets(roach: Animal) -> None:
+    """The leg of a pair that is put down first keeps its sign, whenever that is."""
+    offsets = {"F": 0.3, "M": 0.0, "B": 1.25}
+    animal = roach.replace(offset=tuple(offsets.values()))
+    assert [animal.legs[i].name for i in animal.first_legs] == ["FL", "MR", "BR"]
+    slope, h = math.radians(60), 1e-5
+    setting = Setting(animal, slope, animal.functions("B"))
+    along: list[Direction] = [("angle", pair) for pair in animal.pairs]
+    y = flow(setting, PHASE, START, steps=2, along=along, accuracy=TIGHT)[0].y
+    first = [animal.legs[i] for i in animal.first_legs]
+    for column, leg in enumerate(first):
+        states = []
+        for change in (h, -h):
+            angles = [other.angle + (change if other is leg else 0.0) for other in first]
+            changed = Setting(animal.replace(angle=tuple(angles)), slope, animal.functions("B"))
+            states.append(flow(changed, PHASE, START, steps=2, accuracy=1e-13)[0].y[:, 0])
+        difference = (states[0] - states[1]) / (2.0 * h)
+        assert y[:, 1 + column] == pytest.approx(difference, rel=1e-6, abs=1e-6 * np.abs(difference).max())
+
+
+def test_an_animal_with_a_leg_that_has_no_image_is_not_mirrored(roach: Animal) -> None:
+    tail = roach.legs[2].model_copy(update={"name": "T", "pair": "T"})
+    limping = roach.replace(legs=(*roach.legs, tail), families={"B": ("B", "T")})
+    for animal, mirrored in ((roach, True), (limping, False)):
+        setting = Setting(animal, math.radians(45), animal.functions("B"))
+        assert setting.mirrored == mirrored
+        phase = np.resize(PHASE, len(animal.pairs))
+        image, end = complete_map(setting, phase, START)[0], flow(setting, phase, START)[0].y[:, 0]
+        assert image[2] == pytest.approx(-end[X] if mirrored else end[X], abs=1e-15)

@@ -6,7 +6,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from legspring import Animal, find_gaits, search_gaits
+from legspring import Animal, find_gaits, load_animal, search_gaits
 from legspring.gait import Gait, Invalid
 from legspring.returnmap import complete_map
 from legspring.solve import Ending, Problem, hindmost, number_branches
@@ -248,3 +248,40 @@ def test_other_laws_may_have_any_phase(roach: Animal) -> None:
     for one, other in zip(ours, theirs, strict=True):
         assert other.speed == pytest.approx(one.speed, rel=1e-9)
         assert np.array(other.phase) == pytest.approx(np.array(one.phase) - np.pi / 2, abs=1e-7)
+
+
+def test_a_phase_that_is_given_is_not_overwritten(roach: Animal) -> None:
+    """Four conditions fix three phases: there is none to give away. That is said, and no other phase is returned."""
+    front = [leg.model_copy(update={"phase": 0.3}) if leg.pair == "F" else leg for leg in roach.legs]
+    animal = roach.replace(legs=tuple(front))
+    assert animal.tuned
+    with pytest.raises(
+        ValueError, match=r"^phase = 0\.3 of pair 'F' of animal 'cockroach': must be left out, or given"
+    ):
+        search_gaits(animal, slope_deg=45, heading=0.15)
+
+
+def test_where_somebody_stays_there_is_no_transport_cost() -> None:
+    """Hopping in place."""
+    (gait,) = find_gaits(load_animal("spring_loaded_inverted_pendulum").replace(angle_deg=180.0))
+    assert gait.mean_speed == pytest.approx(0.0, abs=1e-9) and not gait.gets_on
+    assert math.isnan(gait.transport_cost) and np.all(np.isnan(gait.work))
+    assert gait.missing["transport_cost"] == "the gait stays where it is: there is no distance to go by"
+    assert not {"transport_cost", "work"} & set(find_gaits(load_animal("single_leg"), slope_deg=45)[0].missing)
+
+
+def test_a_body_that_no_leg_turns_keeps_its_yaw_rate() -> None:
+    spring = load_animal("lateral_leg_spring")
+    assert find_gaits(spring)[0].conserved == ("energy", "direction")
+    (gait,) = find_gaits(spring.replace(hip=(0.0, 0.0)))
+    assert gait.conserved == ("energy", "direction", "yaw_rate")
+    assert np.sum(np.abs(gait.multipliers - 1.0) < 1e-6) == 3
+
+
+@pytest.mark.parametrize("slope_deg", [0.0, 45.0, -90.0])
+def test_from_the_side_there_is_level_ground_only(slope_deg: float) -> None:
+    animal = load_animal("spring_loaded_inverted_pendulum").replace(speed_law=5.2)
+    with pytest.raises(
+        ValueError, match=r"must be 90 deg for 'spring_loaded_inverted_pendulum', which is seen from the"
+    ):
+        search_gaits(animal, slope_deg=slope_deg)
