@@ -17,10 +17,13 @@ import numba
 import numba.extending
 from numba.core import serialize
 
+from legspring.kernel.cache import check_compiler, keep
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
 OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+check_compiler()
 njit: Any = numba.njit  # its types leave out some of its options
 # Where compiled code hands an array to Python, Numba looks up what it knows by this function, in Python: the one place
 # left for a signal to raise where nobody looks, so that it comes out as a SystemError. A cache written in C is none.
@@ -38,8 +41,7 @@ def kept(compiled: Any) -> Any:
     Numba looks at a function's own file only, and would go on using old code of the functions that it calls; this puts
     all files in the place of that one.
     """
-    compiled.enable_caching()
-    compiled._cache._cache_file._source_stamp = FINGERPRINT
+    keep(compiled, FINGERPRINT)
     return compiled
 
 
