@@ -18,7 +18,7 @@ from legspring.printing import plain
 
 HERE = ["--slope", "45", "--heading", "0.15"]
 NO_GAIT = ["--slope", "40", "--heading", "0.45"]
-PROGRAM = "from legspring.cli import app; app(prog_name='legspring')"
+PROGRAM = "from legspring.__main__ import main; main()"
 
 
 def run(*arguments: str | Path) -> Result:

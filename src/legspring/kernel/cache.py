@@ -14,9 +14,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-import numba
-from numba.core import caching, serialize
+import numba.core.caching
+import numba.core.serialize
 
+compiler: Any = numba
+core: Any = numba.core  # private, and without types
 LOG = logging.getLogger("legspring")
 DIGEST = hashlib.sha256().digest_size
 
@@ -33,7 +35,7 @@ class CodeFiles:
     """
 
     def __init__(self, directory: str, name: str, stamp: str) -> None:
-        version = hashlib.sha256(f"{numba.__version__} {stamp}".encode()).hexdigest()
+        version = hashlib.sha256(f"{compiler.__version__} {stamp}".encode()).hexdigest()
         self.directory, self.name, self.version = Path(directory), name, version[:12]
 
     def path(self, key: Any) -> Path:
@@ -49,7 +51,7 @@ class CodeFiles:
 
     def save(self, key: Any, value: Any) -> None:
         """Store machine code; remove that of other versions."""
-        body = serialize.dumps(value)
+        body = core.serialize.dumps(value)
         path = self.path(key)
         temporary = path.with_name(f"{path.name}.{uuid.uuid4().hex[:8]}.tmp")
         try:
@@ -68,7 +70,7 @@ class CodeFiles:
             path.unlink(missing_ok=True)
 
 
-class CodeCache(caching.FunctionCache):  # type: ignore[misc]  # Numba has no types
+class CodeCache(core.caching.FunctionCache):  # type: ignore[misc]
     """Numba's cache for one function, which never fails, and says when there is something to compile."""
 
     def __init__(self, function: Any, stamp: str) -> None:
@@ -90,7 +92,7 @@ class CodeCache(caching.FunctionCache):  # type: ignore[misc]  # Numba has no ty
             super().save_overload(sig, data)
 
 
-class NoCache(caching.NullCache):  # type: ignore[misc]
+class NoCache(core.caching.NullCache):  # type: ignore[misc]
     """What stands in where there is no place for files: it says so, once there is something to compile."""
 
     def load_overload(self, sig: Any, target_context: Any) -> None:
@@ -109,6 +111,6 @@ def keep(compiled: Any, stamp: str) -> None:
 
 def check_compiler() -> None:
     """Raise ValueError where Numba is told not to compile."""
-    if numba.config.DISABLE_JIT:
+    if compiler.config.DISABLE_JIT:
         value = os.environ.get("NUMBA_DISABLE_JIT", "1")
         raise ValueError(f"NUMBA_DISABLE_JIT = {value!r}: must be 0, or left out; the model has to be compiled")
