@@ -35,6 +35,9 @@ def leave(message: str, status: int) -> NoReturn:
         with suppress(OSError):
             # Another thread may hold the stream's lock.
             os.write(2, f"{start}{message}\n".encode())
+    with suppress(OSError):
+        # What other threads say when they find that their processes are gone is of no interest.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     for undo in [*_undoings.values()]:
         with suppress(Exception):
             undo()
