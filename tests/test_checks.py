@@ -81,7 +81,7 @@ def test_arrays_and_grids() -> None:
     np.testing.assert_array_equal(checked_vector("x", np.array([[1, 2]]), 2), [1.0, 2.0])
     assert checked_grid("x", range(3), 90.0) == (0.0, 1.0, 2.0)
     assert checked_grid("x", (), 1.0, least=0) == ()
-    for values in ("12", b"12", [2, 1], [], [0, 91], iter(int, 1), np.ma.masked_array([0, 1], mask=[0, 1])):
+    for values in ("12", b"12", [2, 1], [], [0, 91], iter(int, 1), np.ma.masked_array([0, 1], mask=[False, True])):
         refused(lambda values=values: checked_grid("x", values, 90.0), "x")  # type: ignore[misc]
     refused(lambda: checked_vector("x", iter(int, 1), 3), "x")
 

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+import legspring as ls
 from legspring.figures.peterson2011 import FIGURES
 from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.peterson2011 import reproduce as module
@@ -154,7 +155,7 @@ def test_damaged_datasets_are_computed_again(
         calls.append("atlas")
         return atlas.copy(deep=True)
 
-    monkeypatch.setattr(module.ls, "atlas", computed)
+    monkeypatch.setattr(ls, "atlas", computed)
     reproduce(tmp_path, only=["4.1"], workers=1)
     assert calls == [] and caplog.messages == [] and path.read_bytes() == whole
     damaged(path, how)
