@@ -1,9 +1,6 @@
 import json
-import os
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +15,7 @@ from legspring.printing import plain
 
 HERE = ["--slope", "45", "--heading", "0.15"]
 NO_GAIT = ["--slope", "40", "--heading", "0.45"]
-PROGRAM = "from legspring.cli import app; app(prog_name='legspring')"
+PROGRAM = "from legspring.__main__ import main; main()"
 
 
 def run(*arguments: str | Path) -> Result:
@@ -307,27 +304,3 @@ def test_the_program_reports_errors_by_its_exit_status() -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("legspring: no animal 'roach': must be a preset (climbing_template, cockroach, ")
     assert done.stderr.endswith(" or a TOML file\n") and done.stderr.count("\n") == 1
-
-
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_an_interruption_is_one_line(tmp_path: Path) -> None:
-    command = [sys.executable, "-c", f"import legspring.cli; print('ready', flush=True); {PROGRAM}"]
-    arguments = ["atlas", "cockroach", "--out", str(tmp_path / "a.nc"), "--slopes", "0:90:0.1"]
-    with subprocess.Popen(
-        [*command, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        # What a shell runs in the background ignores interruptions, and so would its children.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    ) as program:
-        assert program.stdout is not None
-        program.stdout.readline()
-        time.sleep(2.0)
-        program.send_signal(signal.SIGINT)
-        try:
-            _, errors = program.communicate(timeout=60)
-        finally:
-            program.kill()
-    assert (program.returncode, errors) == (130, "legspring: interrupted\n")
-    assert not list(tmp_path.iterdir())

@@ -1,6 +1,9 @@
 """Output files."""
 
 import errno
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -56,3 +59,26 @@ def test_directories_are_made(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(NotADirectoryError):
         make_directory(tmp_path / "file")
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+from legspring.files import whole_file
+with whole_file(sys.argv[1]) as part:
+    part.write_text("half of")
+    os._exit(9)
+"""
+
+
+def test_what_a_killed_process_leaves_is_removed_by_the_next_one(tmp_path: Path) -> None:
+    for name in ("a.nc", "b.nc"):
+        subprocess.run([sys.executable, "-c", KILLED, tmp_path / name])
+        (left,) = tmp_path.iterdir()
+        assert left.name.startswith(f".{name}.") and left.suffix == ".part"
+    mine, other = tmp_path / f".c.nc.{os.getpid()}.part", tmp_path / ".hidden.part"
+    mine.touch()
+    other.touch()
+    with whole_file(tmp_path / "a.nc") as part:
+        part.write_text("all of it")
+    assert {path.name for path in tmp_path.iterdir()} == {"a.nc", mine.name, other.name}

@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +148,18 @@ def test_a_search_that_was_stopped_goes_on(
             optimal_atlas(roach, **ONE, cache=tmp_path)
     # The searches are done; only the last part is left to do.
     monkeypatch.setattr(optima, "scan", stopped)
+    start = time.perf_counter()
+    resumed = optimal_atlas(roach, **ONE, cache=tmp_path)
+    xr.testing.assert_equal(resumed, one)
+    # It does not pass off the time of the last part as that of all.
+    took = time.perf_counter() - start
+    assert resumed.attrs["seconds"] > took
+    # What it keeps is text, and a damaged piece of it is computed anew.
+    files = list(tmp_path.iterdir())
+    assert {path.suffix for path in files} == {".json"}
+    for path in files:
+        path.write_text(path.read_text(encoding="utf-8")[:-3], encoding="utf-8")
+    monkeypatch.undo()
     xr.testing.assert_equal(optimal_atlas(roach, **ONE, cache=tmp_path), one)
 
 

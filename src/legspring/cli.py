@@ -478,7 +478,7 @@ def patience(words: str) -> Iterator[None]:
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(f"{words} (the first run compiles for about half a minute) ..."):
+    with Console(stderr=True).status(f"{words} ..."):
         yield
 
 

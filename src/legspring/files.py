@@ -4,13 +4,14 @@ import csv
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 import legspring
+from legspring.leaving import undone_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,13 +53,38 @@ def whole_file(path: PathLike) -> Iterator[Path]:
     target = Path(path)
     # In the same directory, and so on the same disk, where moving is atomic.
     temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
+    remove_abandoned(target.parent)
+    with undone_by(temporary.unlink):
+        try:
+            yield temporary
+            temporary.replace(target)
+        except OSError as error:
+            raise type(error)(error.errno, error.strerror or str(error), str(target)) from error
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def remove_abandoned(directory: Path) -> None:
+    """Remove what `whole_file` was about to write when its process was killed."""
+    for part in directory.glob(".*.part"):
+        number = part.suffixes[-2][1:] if len(part.suffixes) > 1 else ""
+        if number.isdecimal() and not is_running(int(number)):
+            # Where files in use cannot be removed, this fails, and is meant to.
+            with suppress(OSError):
+                part.unlink()
+
+
+def is_running(number: int) -> bool:
+    """Whether there may be a process of this number: where files in use can be removed, whether there is."""
+    if os.name == "nt":
+        return number == os.getpid()
     try:
-        yield temporary
-        temporary.replace(target)
-    except OSError as error:
-        raise type(error)(error.errno, error.strerror or str(error), str(target)) from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        os.kill(number, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def make_directory(path: PathLike) -> None:

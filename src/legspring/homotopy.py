@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from legspring.checks import checked_positive
 from legspring.gait import Gait, Invalid
 from legspring.kernel.walker import Floats
 from legspring.model import Animal, ModelError
 from legspring.returnmap import IntegrationError
-from legspring.setting import checked_positive
 from legspring.solve import SAME, Problem
 
 Path = Callable[[float], Animal]

@@ -8,11 +8,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from legspring.checks import checked_angle, checked_vector
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
-from legspring.setting import checked_angle, checked_vector
 from legspring.solve import Problem
 from legspring.trial import GOAL, Map, Trial, What
 

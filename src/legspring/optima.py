@@ -2,6 +2,7 @@
 
 import math
 import os
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,12 +10,13 @@ from typing import Any, TypeVar, get_args
 
 import numpy as np
 import xarray as xr
-from joblib import Memory, Parallel, delayed
 from threadpoolctl import threadpool_limits
 
+from legspring.checks import LARGEST_SEED, checked_grid, checked_whole, checked_workers
 from legspring.files import code_stamp
+from legspring.memory import Memory
 from legspring.model import Animal
-from legspring.objective import NO_GAIT, Candidate, Goal, Objective
+from legspring.objective import NO_GAIT, Candidate, Constraint, Goal, Objective, Penalty, Score
 from legspring.optimisation import (
     APART,
     FIRST_ITERATIONS,
@@ -36,14 +38,13 @@ from legspring.optimisation import (
     ties,
     ties_of,
 )
+from legspring.parallel import Processes, processes
 from legspring.progress import progress_bar
 from legspring.sweep import (
     DIMENSIONS,
     HEADINGS,
     LONG_NAMES,
     SLOPES_DEG,
-    checked_grid,
-    checked_workers,
     coordinates,
     measured,
     neighbours,
@@ -70,6 +71,8 @@ ALIKE = 0.1
 """Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
 CHUNK = 20
 """Tasks that a process takes at a time."""
+KINDS = (End, Score, Candidate, Penalty, Constraint)
+"""Kinds of objects, beside numbers, text and arrays, in what a search keeps of itself."""
 OWN_NAMES = {
     "value": ("1", "what is minimised, without penalties"),
     "penalised": ("1", "what is minimised, with the penalties of Table 3.1"),
@@ -356,8 +359,8 @@ def thesis_search(cases: dict[Spot, Case], seed: int, pool: "Pool") -> dict[tupl
     }
 
 
-def in_chunk(function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]], stamp: str) -> list[Any]:
-    """Work on some tasks; the stamp tells results of this version from those of another."""
+def in_chunk(function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
+    """Work on some tasks."""
     # Matrices are tiny: threads would only get in each other's way, and round differently.
     with threadpool_limits(1):
         return [function(*task) for task in tasks]
@@ -368,32 +371,41 @@ class Pool:
 
     Parameters
     ----------
-    workers
-        How many.
-    cache
-        Directory that keeps results, so that a search which was stopped goes on where it was; None to keep nothing.
+    processes
+        Who works.
+    memory
+        What is done already, so that a search which was stopped goes on where it was; None to keep nothing.
     progress
         Whether to show progress.
     """
 
-    def __init__(self, workers: int, cache: Path | None, progress: bool) -> None:
-        self.workers, self.progress = workers, progress
-        self._call = in_chunk if cache is None else Memory(cache, verbose=0).cache(in_chunk)
+    def __init__(self, processes: Processes, memory: Memory | None, progress: bool) -> None:
+        self.processes, self.memory, self.progress = processes, memory, progress
 
     def run(
         self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], words: str = "", chunk: int = CHUNK
     ) -> list[T]:
         """Call a function with each of some tuples of arguments."""
-        size = max(1, min(chunk, len(tasks) // (4 * self.workers)))
-        chunks = [tasks[n : n + size] for n in range(0, len(tasks), size)]
-        stamp = code_stamp()
+        size = max(1, min(chunk, len(tasks) // (4 * self.processes.count)))
+        chunks = [(function, tasks[n : n + size]) for n in range(0, len(tasks), size)]
         out: list[T] = []
         with progress_bar(words, len(tasks), show=self.progress and bool(words)) as tick:
-            work = (delayed(self._call)(function, some, stamp) for some in chunks)
-            for results in Parallel(n_jobs=self.workers, return_as="generator")(work):
+            for results in self.processes.map(self._work, chunks):
                 out += results
                 tick(len(results))
         return out
+
+    def _work(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> list[T]:
+        """Return what is remembered of some tasks, or is found out now."""
+        if self.memory is None:
+            return self.processes.call(in_chunk, function, tasks)
+        key = self.memory.key(function.__qualname__, list(tasks))
+        found: list[T] | None = self.memory.get(key)
+        if found is None:
+            start = time.perf_counter()
+            found = self.processes.call(in_chunk, function, tasks)
+            self.memory.put(key, found, (time.perf_counter() - start) / self.processes.count)
+        return found
 
 
 def optimal_atlas(
@@ -434,7 +446,8 @@ def optimal_atlas(
     Returns
     -------
     xarray.Dataset
-        Over objective, slope_deg, heading, family, leg and axis; missing where there is no gait.
+        Over objective, slope_deg, heading, family, leg and axis; missing where there is no gait. Its attribute
+        ``seconds`` counts the time of runs that were stopped, too, as far as their work is used.
 
     Raises
     ------
@@ -443,6 +456,7 @@ def optimal_atlas(
     """
     slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
     headings = checked_grid("headings", headings, math.pi / 2)
+    seed, count = checked_whole("seed", seed, 0, LARGEST_SEED), checked_workers(workers)
     if method not in get_args(Method):
         raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
     cases = {
@@ -452,11 +466,14 @@ def optimal_atlas(
         for family in animal.families
     }
     next(iter(cases.values())).objective("stability")  # says what is wrong before any work is done
-    pool = Pool(checked_workers(workers), None if cache is None else Path(cache), progress)
-    if method == "default":
-        found = default_search(cases, {} if starts is None else known_optima(cases, starts), seed, pool)
-    else:
-        found = thesis_search(cases, seed, pool)
+    start = time.perf_counter()
+    memory = None if cache is None else Memory(Path(cache), code_stamp(), KINDS)
+    with processes(count) as shared:
+        pool = Pool(shared, memory, progress)
+        if method == "default":
+            found = default_search(cases, {} if starts is None else known_optima(cases, starts), seed, pool)
+        else:
+            found = thesis_search(cases, seed, pool)
     dataset = _empty(animal, slopes_deg, headings)
     dataset.attrs = provenance(animal, {}) | {
         "title": f"Gaits of {animal.name} with the best actuation over slope and heading",
@@ -464,6 +481,7 @@ def optimal_atlas(
         "method": method,
         "seed": seed,
     }
+    dataset.attrs["seconds"] = time.perf_counter() - start + (memory.spared if memory else 0.0)
     families = list(animal.families)
     for ((row, column, family), goal), values in found.items():
         for name in dataset.data_vars:

@@ -16,13 +16,13 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
+from legspring.checks import LARGEST_SEED, checked_slope, checked_whole
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Candidate, Goal, Objective, Score
 from legspring.optimum import ITERATIONS, LATEST_OF_ALL, Programme
-from legspring.setting import checked_slope
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
 from legspring.trial import Map, Trial, pair_lengths
 
@@ -44,6 +44,8 @@ TIE = 1e-3
 """Difference of objectives that does not count."""
 FIRST_ITERATIONS = 8
 """Iterations after which only the best of some searches goes on."""
+MOST_POINTS = 1000
+"""Gaits of a trade-off."""
 GAIN = 1e-4
 """Gain for which it is worth starting a search again from where it ended."""
 MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
@@ -151,7 +153,7 @@ def optimize(
     >>> round(best.transport_cost, 4), best.method
     (0.7071, 'default')
     """
-    angle = checked_slope(slope, slope_deg)
+    angle, seed = checked_slope(slope, slope_deg), checked_whole("seed", seed, 0, LARGEST_SEED)
     if method not in ("default", "nelder-mead"):
         raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
     # Matrices are tiny: threads would only get in each other's way, and round differently.
@@ -202,8 +204,7 @@ def trade_off(
     ValueError
         As `optimize` does, and for too few points.
     """
-    if points < 2:
-        raise ValueError(f"points = {points!r}: must be at least 2")
+    points = checked_whole("points", points, 2, MOST_POINTS)
     angle = checked_slope(slope, slope_deg)
     best = [
         optimize(animal, heading=heading, family=family, slope=angle, objective=goal, map=map, seed=seed)

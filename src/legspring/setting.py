@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.checks import checked_angle, checked_number, checked_slope, checked_vector
 from legspring.kernel.walker import CLOCK, GROUND, N_LEG, Floats
 from legspring.kernel.written import address
 from legspring.model import Animal, Leg
@@ -15,86 +16,6 @@ from legspring.model import Animal, Leg
 ACCURACY = 1e-10
 """Default relative accuracy of states."""
 TIGHT = 1e-12
-
-
-def checked_number(name: str, value: float) -> float:
-    """Return a number as a float, finite or not.
-
-    Raises
-    ------
-    ValueError
-        If it is no number.
-    """
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r}: must be a number") from None
-
-
-def checked_angle(name: str, value: float, largest: float) -> float:
-    """Return an angle as a float.
-
-    Raises
-    ------
-    ValueError
-        If it is not a finite number of at most the largest magnitude; all in rad.
-    """
-    angle = checked_number(name, value)
-    if not abs(angle) <= largest * (1.0 + 1e-12):
-        limit = f"{largest:.4g} rad ({math.degrees(largest):g} deg)"
-        raise ValueError(f"{name} = {value!r}: must be a finite angle within +-{limit}")
-    return angle
-
-
-def checked_vector(name: str, value: ArrayLike, size: int) -> Floats:
-    """Return an array of finite numbers of the given size, repeating a single number.
-
-    Raises
-    ------
-    ValueError
-        If there are more or fewer numbers, or one is not finite.
-    """
-    try:
-        vector = np.array(value, dtype=float).ravel()
-    except (TypeError, ValueError):
-        vector = np.array([math.nan])
-    if vector.size == 1:
-        vector = np.repeat(vector, size)
-    if vector.size != size or not np.all(np.isfinite(vector)):
-        raise ValueError(f"{name} = {value!r}: must be {size} finite numbers, or one for all")
-    return vector
-
-
-def checked_positive(name: str, value: float) -> float:
-    """Return a positive finite number as a float.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
-    number = checked_number(name, value)
-    if not 0.0 < number < math.inf:
-        raise ValueError(f"{name} = {value!r}: must be a positive finite number")
-    return number
-
-
-def checked_slope(slope: float | None, slope_deg: float | None) -> float:
-    """Return the one slope that is given, in rad.
-
-    Raises
-    ------
-    ValueError
-        If both or none are given, or it is beyond the vertical.
-    """
-    if (slope is None) == (slope_deg is None):
-        raise ValueError("give either slope (rad) or slope_deg (degrees)")
-    if slope_deg is not None:
-        if not abs(checked_number("slope_deg", slope_deg)) <= 90.0:
-            raise ValueError(f"slope_deg = {slope_deg!r}: must be a finite angle from -90 to 90 degrees")
-        return math.radians(slope_deg)
-    assert slope is not None
-    return checked_angle("slope", slope, math.pi / 2)
 
 
 def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> float:
@@ -284,6 +205,8 @@ class Setting:
 
         The errors that a stride ends with are up to twice as large as the estimate of a step.
         """
-        if not 1e-14 <= accuracy <= 1e-3:
-            raise ValueError(f"accuracy = {accuracy!r}: must be from 1e-14 to 1e-3")
-        return 0.4 * accuracy * max(leg.length for leg in self.animal.legs)
+        valid = "from 1e-14 to 1e-3"
+        number = checked_number("accuracy", accuracy, valid, 1e-3)
+        if number < 1e-14:
+            raise ValueError(f"accuracy = {accuracy!r}: must be {valid}")
+        return 0.4 * number * max(leg.length for leg in self.animal.legs)

@@ -7,20 +7,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector
 from legspring.kernel.dop853 import interpolate
 from legspring.kernel.measure import leg_series
 from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
 from legspring.model import Animal
 from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow, step_ends
-from legspring.setting import (
-    ACCURACY,
-    Setting,
-    checked_angle,
-    checked_number,
-    checked_positive,
-    checked_vector,
-    slope_for,
-)
+from legspring.setting import ACCURACY, Setting, slope_for
 
 SAMPLES = 100
 """Samples a step."""
@@ -58,8 +51,9 @@ def simulation(
 ) -> xr.Dataset:
     """Simulate an animal in its setting; see `simulate` for the result."""
     per_stride = setting.steps_per_stride
-    steps = round(per_stride * checked_positive("strides", strides))
-    if abs(steps - per_stride * strides) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
+    number = per_stride * checked_positive("strides", strides)
+    steps = round(number)
+    if abs(steps - number) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
         multiple = "a multiple of 1/2" if per_stride == 2 else "a whole number"
         raise ValueError(f"strides = {strides!r}: must be {multiple}, up to {MOST_STEPS_AT_ONCE // per_stride}")
     walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)

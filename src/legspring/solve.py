@@ -22,13 +22,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.checks import MOST_STARTS, checked_angle, checked_whole, shown
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
 from legspring.kernel.newton import gait_conditions
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.returnmap import Direction, Start, flow, jets
-from legspring.setting import ACCURACY, TIGHT, Setting, checked_angle, slope_for
+from legspring.setting import ACCURACY, TIGHT, Setting, slope_for
 
 STARTS = 96
 """Starts for each family."""
@@ -137,8 +138,6 @@ class Solutions(NamedTuple):
 
 def spread(count: int, low: Floats, high: Floats) -> Floats:
     """Return points spread evenly over a box, the same every time: ``(count, n)``."""
-    if not (isinstance(count, int) and count >= 1):
-        raise ValueError(f"starts = {count!r}: must be a whole number, at least 1")
     # A lattice of the golden ratio's kin (R sequence): even, and the same every time.
     root = 1.5
     for _ in range(50):
@@ -431,7 +430,9 @@ def problem_for(
         return Problem(animal, slope, heading, family, actuation)
     for name, value in (("heading", heading), ("actuation", actuation)):
         if value is not None:
-            raise ValueError(f"{name} = {value!r}: must be left out for {animal.name!r}, whose gaits have their own")
+            raise ValueError(
+                f"{name} = {shown(value)}: must be left out for {animal.name!r}, whose gaits have their own"
+            )
     return PeriodicProblem(animal, slope, family)
 
 
@@ -467,7 +468,7 @@ def search_gaits(
     ValueError
         For an angle out of range, an unknown family, or an animal whose gaits have other unknowns.
     """
-    angle = slope_for(animal, slope, slope_deg)
+    angle, starts = slope_for(animal, slope, slope_deg), checked_whole("starts", starts, 1, MOST_STARTS)
     if family is not None:
         animal.functions(family)
     gaits: list[Gait] = []

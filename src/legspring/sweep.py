@@ -2,12 +2,10 @@
 
 import json
 import math
-import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,12 +13,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 import legspring
+from legspring.checks import MOST_STARTS, checked_grid, checked_vector, checked_whole, checked_workers
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.progress import progress_bar
-from legspring.setting import checked_vector
 from legspring.solve import Problem, check_tuned, number_branches
 
 T = TypeVar("T")
@@ -121,23 +119,6 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
         if not tasks:
             return steps
         steps += sum(_parallel(lambda task: task[0].search(task[1]), tasks, workers, lambda _: None))
-
-
-def checked_grid(name: str, values: Sequence[float], largest: float) -> tuple[float, ...]:
-    """Return a grid as floats; raise ValueError unless its numbers rise and are in range."""
-    grid = tuple(float(value) for value in values)
-    rising = all(low < high for low, high in pairwise(grid))
-    if not grid or not rising or not all(abs(value) <= largest for value in grid):
-        raise ValueError(f"{name} = {grid}: must be one or more rising numbers within +-{largest:.5g}")
-    return grid
-
-
-def checked_workers(workers: int | None) -> int:
-    """Return the number of threads: one a core, unless said otherwise."""
-    count = os.cpu_count() or 1 if workers is None else workers
-    if count < 1:
-        raise ValueError(f"workers = {workers!r}: must be at least 1")
-    return count
 
 
 def find_all(
@@ -249,14 +230,15 @@ def atlas(
     """
     slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
     headings = checked_grid("headings", headings, math.pi / 2)
-    impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE) if len(impulses) else ()
+    impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0)
+    starts, workers = checked_whole("starts", starts, 1, MOST_STARTS), checked_workers(workers)
     if actuation is not None:
         animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
     check_tuned(animal, "for a map over slope and heading")
     found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
     gaits = [(place, gait) for place, here in found.items() for gait in here]
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
-        values = _parallel(lambda item: measured(item[1], impulses), gaits, checked_workers(workers), tick)
+        values = _parallel(lambda item: measured(item[1], impulses), gaits, workers, tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
     coords = coordinates(animal, slopes_deg, headings)
     coords["branch"] = ("branch", np.arange(branches), {"long_name": "branch, by the phase of the hindmost legs"})

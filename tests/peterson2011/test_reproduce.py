@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+import legspring as ls
 from legspring.figures.peterson2011 import FIGURES
 from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.peterson2011 import reproduce as module
@@ -107,6 +108,77 @@ def test_datasets_of_other_code_are_not_used(calls: Calls, tmp_path: Path, monke
     monkeypatch.setattr(module, "code_stamp", lambda: "other")
     reproduce(tmp_path, only=["5.1"], method="nelder-mead")
     assert len(calls) == count + 1
+
+
+def damaged(path: Path, how: str) -> None:
+    """Damage a dataset in one of many ways."""
+    with xr.open_dataset(path) as file:
+        dataset = file.load()
+    match how:
+        case "garbage":
+            path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(256)) * 9)
+        case "truncated":
+            path.write_bytes(path.read_bytes()[:-5000])
+        case "empty":
+            path.write_bytes(b"")
+        case "other type":
+            path.write_text("slope_deg,heading\n1,2\n", encoding="utf-8")
+        case "no attribute":
+            del dataset.attrs["seconds"]
+            dataset.to_netcdf(path)
+        case "odd attribute":
+            dataset.attrs["seconds"] = "long"
+            dataset.to_netcdf(path)
+        case "no variable":
+            dataset.drop_vars("speed").to_netcdf(path)
+        case "other numbers":
+            dataset["speed"].values.ravel()[0] += 1e-9
+            dataset.to_netcdf(path)
+
+
+HOW = "garbage", "truncated", "empty", "other type", "no attribute", "odd attribute", "no variable", "other numbers"
+
+
+@pytest.mark.parametrize("how", HOW)
+def test_damaged_datasets_are_computed_again(
+    thesis: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, how: str
+) -> None:
+    path = tmp_path / "data" / "atlas.nc"
+    path.parent.mkdir()
+    whole = (thesis / "data" / "atlas.nc").read_bytes()
+    path.write_bytes(whole)
+    with xr.open_dataset(path) as file:
+        atlas = file.load()
+    calls: list[str] = []
+
+    def computed(*_: Any, **__: Any) -> xr.Dataset:
+        calls.append("atlas")
+        return atlas.copy(deep=True)
+
+    monkeypatch.setattr(ls, "atlas", computed)
+    reproduce(tmp_path, only=["4.1"], workers=1)
+    assert calls == [] and caplog.messages == [] and path.read_bytes() == whole
+    damaged(path, how)
+    reproduce(tmp_path, only=["4.1"], workers=1)
+    assert calls == ["atlas"]
+    assert caplog.messages == [f"{path}: is damaged, or not ours; computing it again"]
+    reproduce(tmp_path, only=["4.1"], workers=1)
+    assert calls == ["atlas"]
+
+
+def test_a_directory_in_the_place_of_a_dataset_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "data" / "atlas.nc").mkdir(parents=True)
+    with pytest.raises(IsADirectoryError, match=r"atlas\.nc: is a directory; must be a file"):
+        reproduce(tmp_path, only=["4.1"])
+
+
+def test_times_count_what_stopped_runs_did(calls: Calls, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        module, "optimal_atlas", lambda *_, **__: made_up_optima(SLOPES_DEG, HEADINGS).assign_attrs(seconds=74.0)
+    )
+    reproduce(tmp_path, only=["5.1"], method="nelder-mead", workers=1)
+    with xr.open_dataset(tmp_path / "data" / "nelder_mead.nc") as stored:
+        assert stored.attrs["seconds"] == 74.0
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,6 @@ NEAR = 1e-4
 FIRST_DAMPING, MOST_DAMPING = 1e-3, 1e3
 
 
-@driver
 def new_problem(
     body: Floats,
     legs: Floats,

@@ -3,10 +3,38 @@
 from legspring.kernel.jit import driver
 from legspring.kernel.launch import launch
 from legspring.kernel.stride import LONGEST_STEP, advance
-from legspring.kernel.walker import EVENT_DRIVEN, OK, TIME, Floats, Tape, Walker, new_tape, new_walker
+from legspring.kernel.walker import EVENT_DRIVEN, OK, TIME, Floats, Ints, Tape, Walker, new_tape, new_walker
 
 
 @driver
+def _run(
+    body: Floats,
+    legs: Floats,
+    side: Floats,
+    offset: Floats,
+    push: Floats,
+    start: Floats,
+    rows: int,
+    end: float,
+    scale: float,
+    steps: int,
+    events: int,
+) -> tuple[int, tuple[Floats, ...], tuple[Ints | Floats, ...]]:
+    """See `run`; walker and tape come back as plain tuples."""
+    w = new_walker(body, legs, side, offset, push, rows)
+    tape = new_tape(steps, events, 1 + int(end), w)
+    launch(w, start)
+    tape.touchdowns[0] = w.y[:, 0]
+    status, step = OK, 0
+    while status == OK and step < end:
+        step += 1
+        by_clock = w.clock[EVENT_DRIVEN] == 0.0
+        status = advance(w, min(float(step), end) if by_clock else w.clock[TIME] + LONGEST_STEP, scale, tape)
+        if status == OK and step <= end:
+            tape.touchdowns[step] = w.y[:, 0]
+    return status, w[:], tape[:]
+
+
 def run(
     body: Floats,
     legs: Floats,
@@ -42,15 +70,5 @@ def run(
     status, walker, tape
         How it went, the end and what happened.
     """
-    w = new_walker(body, legs, side, offset, push, rows)
-    tape = new_tape(steps, events, 1 + int(end), w)
-    launch(w, start)
-    tape.touchdowns[0] = w.y[:, 0]
-    status, step = OK, 0
-    while status == OK and step < end:
-        step += 1
-        by_clock = w.clock[EVENT_DRIVEN] == 0.0
-        status = advance(w, min(float(step), end) if by_clock else w.clock[TIME] + LONGEST_STEP, scale, tape)
-        if status == OK and step <= end:
-            tape.touchdowns[step] = w.y[:, 0]
-    return status, w, tape
+    status, walker, tape = _run(body, legs, side, offset, push, start, rows, end, scale, steps, events)
+    return status, Walker(*walker), Tape(*tape)  # type: ignore[arg-type]  # arrays as `_run` has them

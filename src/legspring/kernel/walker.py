@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.jit import driver
+from legspring.kernel.jit import maker
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -142,7 +142,7 @@ class Tape(NamedTuple):
     events: Floats
 
 
-@driver
+@maker
 def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: Floats, rows: int) -> Walker:
     """Return a walker with its state still to be set; ``rows`` is 4 where the yaw is held, else 6."""
     n_legs, _, width = legs.shape
@@ -172,7 +172,7 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
     )
 
 
-@driver
+@maker
 def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
     """Return an empty tape for so many steps, events and touch-downs (none: they are not recorded)."""
     n_legs, _, width = w.legs.shape

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.checks import checked_number
 from legspring.kernel.run import run
 from legspring.kernel.walker import VX, VY, YAW
 from legspring.returnmap import REASONS, Start
@@ -85,8 +86,8 @@ def recover(
             f"animal = {setting.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
             "this one conserves energy and keeps what it is given"
         )
-    if not abs(impulse) <= LARGEST_IMPULSE:
-        raise ValueError(f"impulse = {impulse!r}: must be a finite number of m v_des, within +-{LARGEST_IMPULSE:g}")
+    valid = f"a finite number of m v_des, within +-{LARGEST_IMPULSE:g}"
+    impulse = checked_number("impulse", impulse, valid, LARGEST_IMPULSE)
     legs = setting.legs(phase)[:, :, None]
     status, _, tape = run(
         setting.body[:, None],

@@ -1,6 +1,9 @@
 """The whole thesis: everything computed, every figure and table, and the report on its claims."""
 
 import csv
+import hashlib
+import logging
+import math
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -10,20 +13,21 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 import legspring as ls
+from legspring.checks import checked_workers
 from legspring.data import published_forces
 from legspring.figures import save_figure
 from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, ThesisFigure
 from legspring.figures.peterson2011.beyond import BEYOND
-from legspring.files import PathLike, code_stamp, make_directory, save_csv, save_netcdf, whole_file
+from legspring.files import PathLike, check_output, code_stamp, make_directory, save_csv, save_netcdf, whole_file
 from legspring.kernel.walker import Floats
 from legspring.model import Animal, cockroach
 from legspring.objective import NO_GAIT, Objective
 from legspring.optima import candidate_of, optimal_atlas, select
 from legspring.optimisation import Method, front
+from legspring.parallel import processes
 from legspring.peterson2011 import yawing
 from legspring.peterson2011.beyond import decays, sections
 from legspring.peterson2011.claims import Results, Verdict, judge
@@ -40,8 +44,8 @@ from legspring.peterson2011.tables import (
 )
 from legspring.progress import progress_bar
 from legspring.setting import Setting
-from legspring.sweep import checked_workers
 
+LOG = logging.getLogger("legspring")
 TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
 """The last one explains how ours differ from the thesis's."""
 BEYOND_CHAPTER = 7
@@ -91,19 +95,20 @@ class Store:
 
     def _stored(self, name: str, compute: Callable[[], xr.Dataset], key: str = "") -> xr.Dataset:
         """Return a dataset, from its file if there is one, made by the same code and with the same key."""
-        path, stamp = self.directory / f"{name}.nc", f"{code_stamp()} {key}".strip()
-        if path.is_file():
-            with xr.open_dataset(path) as stored:
-                if stored.attrs.get("code") == stamp:
-                    dataset = stored.load()
-                    self.seconds[name] = float(dataset.attrs["seconds"])
-                    return dataset
-        start = time.perf_counter()
-        dataset = compute()
-        self.seconds[name] = time.perf_counter() - start
-        dataset.attrs |= {"code": stamp, "seconds": self.seconds[name]}
-        save_csv(dataset, path.with_suffix(".csv"), DATA[name][2])
-        save_netcdf(dataset, path)
+        path, table = (self.directory / f"{name}{suffix}" for suffix in (".nc", ".csv"))
+        for file in (path, table):
+            check_output(file, [file.suffix])
+        stamp = f"{code_stamp()} {key}".strip()
+        dataset = stored(path, stamp)
+        if dataset is None:
+            start = time.perf_counter()
+            dataset = compute()
+            # What goes on where it was knows better.
+            seconds = dataset.attrs.get("seconds", time.perf_counter() - start)
+            dataset.attrs |= {"code": stamp, "seconds": seconds, "checksum": contents(dataset)}
+            save_netcdf(dataset, path)
+        self.seconds[name] = float(dataset.attrs["seconds"])
+        save_csv(dataset, table, DATA[name][2])
         return dataset
 
     @cached_property
@@ -239,12 +244,43 @@ class Store:
         return select(self.nelder_mead)
 
 
+def stored(path: Path, stamp: str) -> xr.Dataset | None:
+    """Return what a file holds, if this code has written it and it is as it was then; say so if it is damaged."""
+    if not path.exists():
+        return None
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as file:
+            if file.attrs["code"] != stamp:
+                return None
+            dataset = file.load()
+        whole = dataset.attrs["checksum"] == contents(dataset) and math.isfinite(float(dataset.attrs["seconds"]))
+    except Exception:  # whatever a damaged file leads to
+        whole = False
+    if not whole:
+        LOG.warning("%s: is damaged, or not ours; computing it again", path)
+    return dataset if whole else None
+
+
+def contents(dataset: xr.Dataset) -> str:
+    """Return a checksum of the numbers and words in a dataset."""
+    digest = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        variable = dataset[name]
+        text = variable.dtype.kind not in "biuf"
+        values = (
+            "\0".join(map(str, variable.values.ravel())).encode() if text else variable.values.astype(float).tobytes()
+        )
+        digest.update(f"{name} {variable.dims} {variable.shape} ".encode() + values)
+    return digest.hexdigest()
+
+
 def fronts(animal: Animal, optima: xr.Dataset, workers: int) -> xr.Dataset:
     """Trade stability for efficiency in each family, on a few slopes, between the optima for either."""
     families = list(animal.families)
     cells = [(slope, family) for slope in FRONT_SLOPES_DEG for family in families]
-    work = (delayed(one_front)(animal, optima.sel(slope_deg=s, heading=FRONT_HEADING, family=f)) for s, f in cells)
-    both = np.array(Parallel(n_jobs=workers)(work)).reshape(len(FRONT_SLOPES_DEG), len(families), 2, FRONT_POINTS)
+    tasks = [(one_front, animal, optima.sel(slope_deg=s, heading=FRONT_HEADING, family=f)) for s, f in cells]
+    with processes(workers) as pool:
+        both = np.array([*pool.map(pool.call, tasks)]).reshape(len(FRONT_SLOPES_DEG), len(families), 2, FRONT_POINTS)
     dims = ("slope_deg", "family", "point")
     coords = {"slope_deg": list(FRONT_SLOPES_DEG), "family": families, "point": np.arange(FRONT_POINTS)}
     values = {name: (dims, both[:, :, n]) for n, name in enumerate(("reduced_eigenvalue", "transport_cost"))}
@@ -315,7 +351,12 @@ def reproduce(
     if fresh:
         shutil.rmtree(directory / "data")
         make_directory(directory / "data")
-    store = Store(directory / "data", method, count, progress)
+    with processes(count):
+        return make(Store(directory / "data", method, count, progress), directory, numbers, whole=not only)
+
+
+def make(store: Store, directory: Path, numbers: Sequence[str], *, whole: bool) -> Path:
+    """Draw figures and tables, and if it is the whole thesis, write the report."""
     drawing = {}
     for chapter in CHAPTERS:
         here = [number for number in numbers if number.startswith(f"{chapter}.")]
@@ -325,7 +366,7 @@ def reproduce(
             if number in TABLES:
                 table = store.table(number)
                 save_table(table, directory / "tables" / f"{table.stem}.csv")
-    if only:
+    if not whole:
         return directory
     drawing[BEYOND_CHAPTER] = draw(store, directory, list(BEYOND.values()))
     return finish(store, directory, drawing)
@@ -345,9 +386,10 @@ def draw(store: Store, directory: Path, figures: Sequence[ThesisFigure]) -> floa
     start = time.perf_counter()
     words = f"drawing {figures[0].number} to {figures[-1].number}" if figures else ""
     with progress_bar(words, len(figures), show=store.progress and bool(figures)) as tick:
-        work = (delayed(draw_one)(figure, data[figure.source], directory / "figures") for figure in figures)
-        for _ in Parallel(n_jobs=store.workers, return_as="generator")(work):
-            tick(1)
+        tasks = [(draw_one, figure, data[figure.source], directory / "figures") for figure in figures]
+        with processes(store.workers) as pool:
+            for _ in pool.map(pool.call, tasks):
+                tick(1)
     return time.perf_counter() - start
 
 

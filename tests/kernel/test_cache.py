@@ -1,0 +1,96 @@
+"""Machine code on disk is a convenience: whatever happens to it, the kernel works."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import legspring
+
+# A function of the kernel that takes little time to compile, with two signatures.
+CODE = """
+import logging, sys
+import numpy as np
+logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+from legspring.kernel.dop853 import interpolate
+for order in "C", "F":
+    out = np.zeros((4, 1))
+    interpolate(np.ones((4, 1)), np.ones((7, 4, 1), order=order), 0.5, out)
+    print(out[0, 0])
+"""
+RIGHT = "1.9921875\n1.9921875\n"
+pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs limits of files")
+
+
+def start(cache: Path | None = None, before: Callable[[], Any] | None = None, **more: str) -> "subprocess.Popen[str]":
+    environment = os.environ | ({"NUMBA_CACHE_DIR": str(cache)} if cache else {}) | more
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", CODE],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=before,
+    )
+
+
+def compiles(*arguments: Any, **more: Any) -> str:
+    """Return what a process says while it does its work, rightly."""
+    out, said = (run := start(*arguments, **more)).communicate()
+    assert (run.returncode, out) == (0, RIGHT), said
+    assert "Error" not in said
+    return said
+
+
+def test_it_says_when_it_compiles_and_only_then(tmp_path: Path) -> None:
+    assert "compiling (about half a minute, once) ..." in compiles(tmp_path)
+    assert compiles(tmp_path) == ""
+
+
+@pytest.mark.parametrize("damage", [b"", b"half", None])
+def test_damaged_files_are_made_anew(tmp_path: Path, damage: bytes | None) -> None:
+    compiles(tmp_path)
+    files = list(tmp_path.rglob("*.nbc"))
+    assert files
+    for file in files:
+        data = file.read_bytes()
+        # One bit of machine code, or everything but the beginning.
+        file.write_bytes(data[:-9] + bytes([data[-9] ^ 1]) + data[-8:] if damage is None else damage)
+    assert "compiling" in compiles(tmp_path)
+    assert compiles(tmp_path) == ""
+
+
+def test_a_full_disk_is_no_hindrance(tmp_path: Path) -> None:
+    import resource
+
+    assert "compiling" in compiles(tmp_path, lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+def test_no_place_for_files_is_no_hindrance(tmp_path: Path) -> None:
+    shutil.copytree(
+        Path(legspring.__file__).parent, tmp_path / "legspring", ignore=shutil.ignore_patterns("__pycache__")
+    )
+    (tmp_path / "legspring" / "kernel" / "__pycache__").touch()
+    nowhere = {"PYTHONPATH": str(tmp_path), "HOME": os.devnull, "XDG_CACHE_HOME": os.devnull}
+    assert "NUMBA_CACHE_DIR" in compiles(Path(os.devnull) / "x", **nowhere)
+
+
+def test_processes_that_compile_at_once_share_the_files(tmp_path: Path) -> None:
+    together = [start(tmp_path) for _ in range(3)]
+    for run in together:
+        out, said = run.communicate()
+        assert (run.returncode, out) == (0, RIGHT), said
+    assert compiles(tmp_path) == ""
+    assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} == {".nbc"}
+
+
+def test_without_a_compiler_it_says_so() -> None:
+    out, said = (run := start(NUMBA_DISABLE_JIT="1")).communicate()
+    assert run.returncode == 1 and out == ""
+    assert said.splitlines()[-1].startswith("ValueError: NUMBA_DISABLE_JIT = '1': must be 0, or left out")
