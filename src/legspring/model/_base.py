@@ -1,27 +1,48 @@
 """What every description shares: it is immutable, checked when made, and its errors are one line."""
 
-import reprlib
+import math
+from collections.abc import Mapping
 from numbers import Real
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
+
+from legspring.checks import one_line, shown
 
 
 class ModelError(ValueError):
     """A description that cannot be right; the message is one line that says what would be."""
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__(one_line(message))
 
 
 def require_number(value: object) -> Real:
     """Refuse what pydantic would turn into a number: True into 1.0, "3" into 3.0."""
     if not isinstance(value, Real) or isinstance(value, bool):
         raise ValueError("must be a number")
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:
+        finite = False
+    if not finite:
+        raise ValueError("must be a finite number")
     return value
 
 
 Number = Annotated[float, BeforeValidator(require_number)]
 Positive = Annotated[Number, Field(gt=0)]
-Label = Annotated[str, Field(min_length=1)]
+
+
+def require_printable(text: str) -> str:
+    """Refuse names that tables and messages of one line cannot show."""
+    if not text.isprintable():
+        raise ValueError("must be printable text in one line")
+    return text
+
+
+Label = Annotated[str, Field(min_length=1), AfterValidator(require_printable)]
 
 
 class Frozen(BaseModel):
@@ -39,9 +60,13 @@ class Frozen(BaseModel):
         try:
             super().__init__(**fields)
         except ValidationError as error:
-            name = f" {fields['name']!r}" if "name" in fields else ""
+            name = f" {shown(fields['name'])}" if "name" in fields else ""
             problems = "; ".join(self._describe(problem) for problem in error.errors(include_url=False))
             raise ModelError(f"{type(self).__name__}{name}: {problems}") from None
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy with some fields changed, checked as if it were made anew."""
+        return type(self)(**dict(self) | dict(update or {}))
 
     @classmethod
     def _describe(cls, problem: ErrorDetails) -> str:
@@ -57,4 +82,4 @@ class Frozen(BaseModel):
                 return message
             case "value_error" if isinstance(problem["ctx"]["error"], ModelError):
                 return f"{where}: {message}"
-        return f"{where} = {reprlib.repr(problem['input'])}: {message[0].lower()}{message[1:]}"
+        return f"{where} = {shown(problem['input'])}: {message[0].lower()}{message[1:]}"

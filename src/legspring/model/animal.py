@@ -1,6 +1,7 @@
 """An animal: a body on legs, the families of gaits it may have, and how fast it means to run."""
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from math import radians
 from numbers import Real
 from typing import Annotated, Any, Self
@@ -8,6 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AfterValidator, PlainSerializer, field_validator, model_validator
 
+from legspring.checks import shown
 from legspring.model._base import Frozen, Label, ModelError, Positive
 from legspring.model.body import Body
 from legspring.model.laws import SpeedLaw, StepLaw
@@ -178,8 +180,8 @@ class Animal(Frozen):
         ModelError
             If the animal has no such family.
         """
-        if family not in self.families:
-            raise ModelError(f"family = {family!r}: must be one of {', '.join(self.families)}")
+        if not isinstance(family, str) or family not in self.families:
+            raise ModelError(f"family = {shown(family)}: must be one of {', '.join(self.families)}")
         return tuple(-1 if pair in self.families[family] else 1 for pair in self.pairs)
 
     def desired_speed(self, slope: float) -> float:
@@ -295,13 +297,16 @@ def _changed_legs(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]
 
 def _by_pair(name: str, value: Any, pairs: tuple[str, ...]) -> dict[str, Any]:
     """Give each pair its value: the only one, or its own out of a sequence."""
-    array = np.asarray(value, dtype=object)
-    dimensions = 1 if name == "hip" else 0
-    if array.ndim == dimensions:
+    dimensions, array = 1 if name == "hip" else 0, None
+    # Lists too deep for an array are none of these, and what is masked is missing.
+    if not np.ma.is_masked(value):
+        with suppress(ValueError):
+            array = np.asarray(value, dtype=object)
+    if array is not None and array.ndim == dimensions:
         return dict.fromkeys(pairs, array.tolist())
-    if array.ndim == dimensions + 1 and len(array) == len(pairs):
+    if array is not None and array.ndim == dimensions + 1 and len(array) == len(pairs):
         return dict(zip(pairs, array.tolist(), strict=True))
-    raise ModelError(f"{name} = {value!r}: must be one value, or one for each pair ({', '.join(pairs)})")
+    raise ModelError(f"{name} = {shown(value)}: must be one value, or one for each pair ({', '.join(pairs)})")
 
 
 def _check_names(legs: tuple[Leg, ...]) -> None:
@@ -345,6 +350,6 @@ def _check_families(families: Mapping[str, tuple[str, ...]], pairs: tuple[str, .
         raise ModelError("families are missing: must be one at least")
     for family, pushing in families.items():
         if not set(pushing) <= set(pairs) or len(set(pushing)) < len(pushing):
-            raise ModelError(f"family {family!r} = {pushing}: must be distinct pairs out of {', '.join(pairs)}")
+            raise ModelError(f"family {family!r} = {shown(pushing)}: must be distinct pairs out of {', '.join(pairs)}")
     if len(set(map(frozenset, families.values()))) < len(families):
         raise ModelError(f"families = {families}: should differ in the pairs that push")

@@ -17,6 +17,8 @@ FUNCTIONS = ("sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp", "log", 
 LONGEST = 300
 """Characters."""
 LARGEST_POWER = 20
+MOST_NESTED = 8
+LARGEST_NUMBER = 1e100
 VALID = (
     f"must be a formula in {', '.join(VARIABLES)}, pi and numbers, with + - * /, ** (up to {LARGEST_POWER}) "
     f"and {', '.join(FUNCTIONS)}"
@@ -45,10 +47,19 @@ def parse(text: str) -> "sympy.Expr":
     if len(text) > LONGEST:
         raise ModelError(f"must be a formula of at most {LONGEST} characters, is {len(text)} long")
     try:
-        return _expression(ast.parse(text.strip(), mode="eval").body)
-    except (SyntaxError, ValueError, ArithmeticError, RecursionError, MemoryError) as error:
+        tree = ast.parse(text.strip(), mode="eval").body
+        if _nesting(tree) > MOST_NESTED:
+            raise ModelError(f"functions and powers must be nested at most {MOST_NESTED} deep")
+        return _checked_value(_expression(tree))
+    except (SyntaxError, TypeError, ValueError, ArithmeticError, RecursionError, MemoryError) as error:
         reason = str(error) if isinstance(error, ModelError) else "it cannot be read"
         raise ModelError(f"{VALID}; {reason}") from None
+
+
+def _nesting(node: ast.AST) -> int:
+    """How deep functions and powers are nested: the second rate of a deep one is too long to be compiled."""
+    itself = isinstance(node, ast.Call) or (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow))
+    return itself + max(map(_nesting, ast.iter_child_nodes(node)), default=0)
 
 
 def _expression(node: ast.expr) -> "sympy.Expr":
@@ -56,7 +67,7 @@ def _expression(node: ast.expr) -> "sympy.Expr":
 
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
-            return sympy.Float(number)
+            return sympy.Float(float(number))
         case ast.Name(id="pi"):
             return sympy.pi
         case ast.Name(id=name) if name in VARIABLES:
@@ -80,12 +91,24 @@ def _expression(node: ast.expr) -> "sympy.Expr":
     raise ModelError(f"{ast.unparse(node)!r} is none of these")
 
 
+def _checked_value(expression: "sympy.Expr") -> "sympy.Expr":
+    """Insist on a length whose rates are lengths, too: finite real numbers, but for where it is told otherwise by t."""
+    import sympy
+
+    never = (sympy.I, sympy.nan, sympy.oo, sympy.zoo, -sympy.oo)
+    if any(sympy.sympify(part).has(*never) for part in (expression, expression.diff(sympy.Symbol("t", real=True)))):
+        raise ModelError("it is no finite real number")
+    if any(abs(number) > LARGEST_NUMBER for number in expression.atoms(sympy.Float)):
+        raise ModelError(f"its numbers are beyond {LARGEST_NUMBER:g}")
+    return expression
+
+
 def _power(node: ast.expr) -> "sympy.Expr":
     """Exponents are small numbers: towers of powers would never end."""
     import sympy
 
     power = _expression(node)
-    if not power.is_number or not abs(power) <= LARGEST_POWER:
+    if not power.is_real or not power.is_number or not abs(power) <= LARGEST_POWER:
         raise ModelError(f"the power {ast.unparse(node)!r} is none of these")
     return sympy.Integer(power) if power == int(power) else power
 

@@ -1,6 +1,6 @@
 """How fast an animal means to run on a slope, and how long its steps take at that speed."""
 
-from functools import cached_property
+from functools import cache
 from math import degrees
 from statistics import linear_regression
 from typing import Self
@@ -150,8 +150,13 @@ class StepLaw(Frozen):
             raise ModelError(f"stride frequency at {speed:g} m/s = {frequency:g} Hz: must be greater than 0")
         return 1.0 / (2.0 * frequency)
 
-    @cached_property
+    @property
     def _line(self) -> tuple[float, float]:
-        speeds, frequencies = zip(*self.points, strict=True)
-        gradient, intercept = linear_regression(speeds, frequencies)
-        return gradient, intercept
+        return _line_through(self.points)
+
+
+@cache
+def _line_through(points: tuple[tuple[float, float], ...]) -> tuple[float, float]:
+    speeds, frequencies = zip(*points, strict=True)
+    gradient, intercept = linear_regression(speeds, frequencies)
+    return gradient, intercept

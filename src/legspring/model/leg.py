@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from legspring.checks import shown
 from legspring.model._base import Frozen, Label, Number, Positive, require_number
 from legspring.model.formula import Formula
 
@@ -104,7 +105,7 @@ class Leg(Frozen):
         try:
             angle = radians(require_number(degrees))
         except (ValueError, OverflowError) as error:
-            raise ValueError(f"angle_deg = {degrees!r}: {error}") from None
+            raise ValueError(f"angle_deg = {shown(degrees)}: {error}") from None
         return {name: value for name, value in fields.items() if name != "angle_deg"} | {"angle": angle}
 
     @model_validator(mode="after")

@@ -6,6 +6,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any
 
+from legspring.checks import shown
 from legspring.model._base import ModelError
 from legspring.model.animal import Animal
 
@@ -45,8 +46,9 @@ def load_animal(name_or_path: str | PathLike[str]) -> Animal:
     """Read an animal from a preset or a TOML file.
 
     A file either describes an animal in full, with the fields of `Animal` and a table ``[[legs]]`` for
-    each leg, as the presets do; or it names a preset in ``like`` and then gives any changes that
-    `Animal.replace` takes. Units are SI, angles radians; ``angle_deg`` is in degrees.
+    each leg, as the presets do; or it names a preset or another file in ``like``, its path as seen from
+    this one, and then gives any changes that `Animal.replace` takes. Units are SI, angles radians;
+    ``angle_deg`` is in degrees.
 
     Parameters
     ----------
@@ -63,30 +65,43 @@ def load_animal(name_or_path: str | PathLike[str]) -> Animal:
     ModelError
         If there is no such preset or file, or the file's text or its animal is not valid.
     """
-    if name_or_path in presets():
-        return _read(_PRESETS / f"{name_or_path}.toml")
-    path = Path(name_or_path)
+    if not isinstance(name_or_path, str | PathLike):
+        raise ModelError(f"no animal {shown(name_or_path)}: must be a preset ({', '.join(presets())}) or a TOML file")
+    return _read(_find(fspath(name_or_path), Path(), "no animal {}"), ())
+
+
+def _find(name: str, folder: Path, about: str) -> Path:
+    """Return the file of a preset, or another one, seen from a folder."""
+    if name in presets():
+        return _PRESETS / f"{name}.toml"
+    path = folder / name
     if not path.exists() and path.suffix != ".toml":
-        raise ModelError(
-            f"no animal {fspath(name_or_path)!r}: must be a preset ({', '.join(presets())}) or a TOML file"
-        )
-    return _read(path)
+        raise ModelError(f"{about.format(shown(name))}: must be a preset ({', '.join(presets())}) or a TOML file")
+    return path
 
 
-def _read(path: Path) -> Animal:
+def _read(path: Path, before: tuple[Path, ...]) -> Animal:
+    """Read a file that others, read before, are like."""
+    # The path in words, whatever bytes the system has in its name.
+    words, stem = (text.encode("utf-8", "backslashreplace").decode() for text in (str(path), path.stem))
     try:
-        with path.open("rb") as file:
-            fields = tomllib.load(file)
-        return _build({"name": path.stem} | fields)
+        if path.resolve() in before:
+            raise ModelError("it is like itself, by way of the files that it is like")
+        # Editors of Windows put a mark at the beginning.
+        fields = tomllib.loads(path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n"))
+        return _build({"name": stem} | fields, path.parent, (*before, path.resolve()))
     except OSError as error:
-        raise ModelError(f"{path}: {error.strerror}") from None
+        raise ModelError(f"{words}: {error.strerror}") from None
     except ValueError as error:  # of TOML, of its encoding or of the animal
-        raise ModelError(f"{path}: {error}") from None
+        raise ModelError(f"{words}: {error}") from None
+    except RecursionError:
+        raise ModelError(f"{words}: must be no deeper than what an animal is made of") from None
 
 
-def _build(fields: dict[str, Any]) -> Animal:
+def _build(fields: dict[str, Any], folder: Path, before: tuple[Path, ...]) -> Animal:
     if "like" not in fields:
         return Animal(**fields)
-    if (like := fields.pop("like")) not in presets():
-        raise ModelError(f"like = {like!r}: must be a preset ({', '.join(presets())})")
-    return load_animal(like).replace(**fields)
+    like = fields.pop("like")
+    if not isinstance(like, str):
+        raise ModelError(f"like = {shown(like)}: must be the name of a preset or of a TOML file")
+    return _read(_find(like, folder, "like = {}"), before).replace(**fields)
