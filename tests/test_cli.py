@@ -140,12 +140,15 @@ def test_simulate_any_start_into_a_table(tmp_path: Path) -> None:
     expected = ls.simulate(
         ls.cockroach(), slope_deg=0, heading=0.15, speed=0.375, phase=[*np.radians([63, 4, -49])], family="A"
     )
-    table = np.genfromtxt(tmp_path / "run.csv", delimiter=",", names=True)
-    np.testing.assert_allclose(table["time"], expected["time"])
-    np.testing.assert_allclose(table["position_fore_aft"], expected["position"].sel(axis="fore_aft"), atol=1e-12)
-    np.testing.assert_allclose(table["force_ML_lateral"], expected["force"].sel(leg="ML", axis="lateral"), atol=1e-12)
+    header = (tmp_path / "run.csv").read_text().splitlines()[0].split(",")
+    table = dict(zip(header, np.loadtxt(tmp_path / "run.csv", delimiter=",", skiprows=1).T, strict=True))
+    np.testing.assert_allclose(table["time (s)"], expected["time"])
+    np.testing.assert_allclose(table["position_fore_aft (m)"], expected["position"].sel(axis="fore_aft"), atol=1e-12)
+    np.testing.assert_allclose(
+        table["force_ML_lateral (m g)"], expected["force"].sel(leg="ML", axis="lateral"), atol=1e-12
+    )
     np.testing.assert_array_equal(table["stance_FL"], expected["stance"].sel(leg="FL"))
-    np.testing.assert_allclose(table["leg_length_BR"], expected["leg_length"].sel(leg="BR"), atol=1e-12)
+    np.testing.assert_allclose(table["leg_length_BR (m)"], expected["leg_length"].sel(leg="BR"), atol=1e-12)
 
 
 def test_simulate_says_where_it_ended() -> None:
@@ -262,7 +265,7 @@ def test_bad_input_ends_with_one_line(arguments: str, tmp_path: Path, monkeypatc
 
 OUTPUTS = {
     ("gaits", "--figure"): ("x.jpg", "must end in .png, .pdf, .svg"),
-    ("simulate", "--out"): ("x.txt", "must end in .nc, .csv"),
+    ("simulate", "--out"): ("x.txt", "must end in .nc, .csv, .mat"),
     ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere must exist"),
     ("recover", "--figure"): ("folder.png", "is a directory; must be a file"),
 }

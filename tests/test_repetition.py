@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,8 +32,8 @@ def seen_from_the_side(legs: tuple[Leg, ...], pitch: str = "held") -> Animal:
     return Animal(**dict(load_animal(SLIP)) | {"legs": legs, "families": {"P": pairs}, "body": body})
 
 
-def ground_leg(name: str, pair: str, **changes: object) -> Leg:
-    leg = {
+def ground_leg(name: str, pair: str, **changes: Any) -> Leg:
+    leg: dict[str, Any] = {
         "length": 1.0,
         "angle_deg": -158.0,
         "actuation": 0.0,
@@ -93,7 +94,9 @@ def test_gaits_of_presets_repeat_themselves(name: str) -> None:
 def test_what_is_a_little_off_does_not(name: str) -> None:
     """A speed that is off by 1e-4; where energy is conserved a heading, as there are gaits at other speeds."""
     gait = gait_of(name)
-    change = {"heading": gait.heading + 1e-4} if gait.conserved else {"speed": gait.speed * (1.0 + 1e-4)}
+    change: dict[str, Any] = (
+        {"heading": gait.heading + 1e-4} if gait.conserved else {"speed": gait.speed * (1.0 + 1e-4)}
+    )
     start = replace(gait.start, **change)
     found = departure(gait.setting, gait.phase, start, 1.0)
     assert found is not None and 1e-8 < found.amount < 1e-2

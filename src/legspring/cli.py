@@ -235,7 +235,8 @@ def simulate(
         float, typer.Option(parser=number, metavar="NUMBER", help="How long; half a stride is a step.")
     ] = 2.0,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Save the time series: .nc (netCDF) or .csv (without events).")
+        Path | None,
+        typer.Option(metavar="FILE", help="Save the time series: .nc (netCDF), .mat (MATLAB) or .csv (no events)."),
     ] = None,
     as_json: Json = False,
     figure: FigureFile = None,
@@ -249,9 +250,9 @@ def simulate(
     Example: legspring simulate lateral_leg_spring --speed 0.5 --heading 0.1 --strides 20
     """
     if out is not None:
-        from legspring.files import check_output
+        from legspring.files import SAVERS, check_output
 
-        check_output(out, [".nc", ".csv"])
+        check_output(out, list(SAVERS))
     check_figure(figure)
     if speed is None and phase is None:
         gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
@@ -307,7 +308,9 @@ def recover(
 @app.command()
 def atlas(
     animal: AnimalName,
-    out: Annotated[Path, typer.Option(metavar="FILE.nc", help="The netCDF file to write.", show_default=False)],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The file to write: .nc (netCDF) or .mat (MATLAB).", show_default=False)
+    ],
     slopes: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Slopes in degrees.")] = "0:90:5",
     headings: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Headings in radians.")] = "0:0.45:0.05",
     no_recovery: Annotated[bool, typer.Option("--no-recovery", help="Do not push every gait sideways.")] = False,
@@ -316,18 +319,18 @@ def atlas(
         Path | None, typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis into this directory.")
     ] = None,
 ) -> None:
-    """Map all gaits over slope and heading into a netCDF file.
+    """Map all gaits over slope and heading into a file.
 
     Example: legspring atlas cockroach --out atlas.nc --figures maps
 
     Example: legspring atlas cockroach --out coarse.nc --slopes 0:90:15 --headings 0.05,0.15 --no-recovery
     """
-    from legspring.files import check_output, make_directory, save_netcdf
+    from legspring.files import SAVERS, check_output, make_directory
     from legspring.model import load_animal
 
     slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
     creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
-    check_output(out, [".nc"])
+    check_output(out, [".nc", ".mat"])
     if figures is not None:
         make_directory(figures)
     from legspring import sweep
@@ -340,7 +343,7 @@ def atlas(
         impulses=() if no_recovery else sweep.IMPULSES,
         progress=sys.stderr.isatty(),
     )
-    save_netcdf(maps, out)
+    SAVERS[out.suffix.lower()](maps, out)
     found = maps["family"].values != ""
     cells = found.any(axis=-1)
     typer.echo(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
@@ -595,9 +598,9 @@ def draw_presets(animals: "Sequence[Animal]", directory: Path) -> None:
 def save_run(run: "xr.Dataset", out: Path | None, figure: Path | None) -> None:
     """Save a simulation's time series and figure, where they are wanted."""
     if out is not None:
-        from legspring.files import save_csv, save_netcdf
+        from legspring.files import SAVERS
 
-        (save_csv if out.suffix.lower() == ".csv" else save_netcdf)(run, out)
+        SAVERS[out.suffix.lower()](run, out)
     if figure is not None:
         from legspring.figures import draw_simulation, save_figure
 

@@ -1,12 +1,13 @@
 """Output files: what is wrong with a path is said at once, and a file appears whole or not at all."""
 
 import csv
+import errno
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,7 +51,8 @@ def check_output(path: PathLike, suffixes: Sequence[str]) -> None:
 @contextmanager
 def whole_file(path: PathLike) -> Iterator[Path]:
     """Yield a path to write to; the file moves to its place when the block ends without an error."""
-    target = Path(path)
+    # Through links, to the file that they stand for.
+    target = Path(os.path.realpath(path))
     # In the same directory, and so on the same disk, where moving is atomic.
     temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
     remove_abandoned(target.parent)
@@ -59,7 +61,7 @@ def whole_file(path: PathLike) -> Iterator[Path]:
             yield temporary
             temporary.replace(target)
         except OSError as error:
-            raise type(error)(error.errno, error.strerror or str(error), str(target)) from error
+            raise type(error)(error.errno, error.strerror or str(error), str(path)) from error
         finally:
             temporary.unlink(missing_ok=True)
 
@@ -116,11 +118,43 @@ def save_netcdf(dataset: "xr.Dataset", path: PathLike) -> None:
         The file; it appears whole, or not at all.
     """
     with whole_file(path) as file:
-        dataset.to_netcdf(file, engine="netcdf4")
+        try:
+            dataset.to_netcdf(file, engine="netcdf4")
+        except RuntimeError as error:  # what its library says when the disk is full
+            raise OSError(errno.EIO, f"cannot be written ({error}); is the disk full?", str(path)) from error
+
+
+def save_mat(dataset: "xr.Dataset", path: PathLike) -> None:
+    """Save a dataset for MATLAB: its variables and coordinates by name, texts as cells.
+
+    What is said about them is in three structures: units and long_name, by variable, and attributes, of the dataset.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.atlas` or `legspring.simulate`.
+    path
+        The file; it appears whole, or not at all.
+    """
+    from scipy.io import savemat
+
+    variables = {str(name): _for_matlab(array.values) for name, array in dataset.variables.items()}
+    about = {
+        what: {str(name): array.attrs[what] for name, array in dataset.variables.items() if what in array.attrs}
+        for what in ("units", "long_name")
+    }
+    structures = about | {"attributes": {str(name): value for name, value in dataset.attrs.items()}}
+    with whole_file(path) as file, file.open("wb") as stream:
+        savemat(stream, variables | structures, long_field_names=True, do_compression=True, oned_as="column")
+
+
+def _for_matlab(values: Any) -> Any:
+    """Return texts as objects, which become cells; all else as it is."""
+    return values.astype(object) if values.dtype.kind in "US" else values
 
 
 def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time",)) -> None:
-    """Save a dataset as a table: a row for each place in some dimensions, a column such as force_FL_lateral.
+    """Save a dataset as a table: a row for each place in some dimensions, a column such as force_FL_lateral (m g).
 
     Parameters
     ----------
@@ -136,21 +170,26 @@ def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time
     ]
     table = table.stack(row=list(rows)) if len(rows) > 1 else table.rename({rows[0]: "row"})
     columns = {dim: table[dim].values for dim in rows if len(rows) > 1} or {rows[0]: table["row"].values}
+    units = {name: dataset[name].attrs.get("units", "") for name in columns}
     for name, series in table.data_vars.items():
         values = series.transpose("row", ...)
         labels = [[str(label) for label in dataset[dim].values] for dim in values.dims[1:]]
         for index in np.ndindex(values.shape[1:]):
-            place = [labels[axis][number] for axis, number in enumerate(index)]
-            columns["_".join([str(name), *place])] = values.values[:, *index]
+            column = "_".join([str(name), *(labels[axis][number] for axis, number in enumerate(index))])
+            columns[column], units[column] = values.values[:, *index], series.attrs.get("units", "")
     if len(rows) > 1:
         numbers = [column for name, column in columns.items() if name not in rows and column.dtype.kind == "f"]
         known = np.any(np.isfinite(np.array(numbers)), axis=0)
         columns = {name: column[known] for name, column in columns.items()}
     with whole_file(path) as file, file.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream)
-        writer.writerow(columns)
+        writer.writerow([name if units[name] in ("", "1") else f"{name} ({units[name]})" for name in columns])
         for row in zip(*columns.values(), strict=True):
             writer.writerow([cell if isinstance(cell, str) else f"{cell:.12g}" for cell in row])
+
+
+SAVERS = {".nc": save_netcdf, ".csv": save_csv, ".mat": save_mat}
+"""How datasets are saved, by the ending of a file."""
 
 
 def code_stamp() -> str:

@@ -175,7 +175,10 @@ def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_js
     """Print where a simulation started and ended."""
     end = run.isel(time=-1)
     last = {"strides": strides, "displacement": end["position"].values, "velocity": end["velocity"].values}
-    record = {**run.attrs, **about, **last}
+    legs = {name: run[name].values for name in ("pairs", "phase", "actuation")} | {
+        "functions": run["leg_function"].values
+    }
+    record = {**run.attrs, **legs, **about, **last}
     if as_json:
         print_json([record])
         return

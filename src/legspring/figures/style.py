@@ -4,6 +4,7 @@ import os
 import textwrap
 from collections.abc import Callable
 from functools import wraps
+from io import BytesIO
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
@@ -19,6 +20,8 @@ P = ParamSpec("P")
 COLUMN, PAGE = 3.46, 7.09
 """Widths of a column and of a page in print: 88 and 180 mm, in inches."""
 SUFFIXES = (".png", ".pdf", ".svg")
+SCREEN = 150
+"""Dots per inch in a notebook."""
 
 SMALL = 7
 UNITS = {
@@ -44,6 +47,7 @@ STYLE: Any = {
     "legend.frameon": False,
     "pdf.fonttype": 42,  # text stays text
     "savefig.dpi": 300,
+    "text.usetex": False,  # whether there is LaTeX or not
 }
 
 # Okabe and Ito's palette, without the yellow that white paper swallows.
@@ -86,9 +90,25 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     return drawn
 
 
+class ShownFigure(Figure):
+    """A figure that notebooks show by themselves."""
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture that a notebook asks for."""
+        return picture(self, "png", dpi=SCREEN)
+
+
+def picture(figure: Figure, kind: str, **options: Any) -> bytes:
+    """Return what is in the file of a figure."""
+    stream = BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(stream, format=kind, **options)
+    return stream.getvalue()
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure of the given size in inches, whose parts keep out of each other's way."""
-    return Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(w_pad=0.06))
+    return ShownFigure(figsize=(width, height), layout=ConstrainedLayoutEngine(w_pad=0.06))
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
@@ -110,8 +130,10 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> None:
     """
     check_output(path, SUFFIXES)
     suffix = os.path.splitext(path)[1][1:].lower()
-    with mpl.rc_context(STYLE), whole_file(path) as file:
-        figure.savefig(file, format=suffix)
+    # By way of memory: on a full disk its writers fail in ways that say nothing of it.
+    drawn = picture(figure, suffix)
+    with whole_file(path) as file:
+        file.write_bytes(drawn)
 
 
 def units(name: str) -> str:
