@@ -5,10 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from legspring.kernel.dop853 import interpolate, step
-from tests.kernel.bridge import Walk, point_mass, rigid_body, simulate
+from legspring.kernel import dop853
+from tests.kernel.bridge import Walk, callable_here, point_mass, rigid_body, simulate
 from tests.oracle.problem import Array, Direction, Problem
 
+interpolate, step = callable_here(dop853.interpolate), callable_here(dop853.step)
 bodies = pytest.mark.parametrize("make", [point_mass, rigid_body])
 
 

@@ -2,7 +2,9 @@
 
 import math
 
-from legspring.kernel.jit import formula, jit
+import numba
+
+from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.length import law
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, put_down, raise_leg
@@ -19,6 +21,7 @@ from legspring.kernel.walker import (
     GROUND,
     HIP_X,
     HIP_Y,
+    JET,
     LENGTH,
     LEVEL,
     LEVER,
@@ -34,6 +37,7 @@ from legspring.kernel.walker import (
     TRIGGER,
     VX,
     VY,
+    WALKER,
     WATCHED,
     YAW,
     YAW_RATE,
@@ -115,7 +119,7 @@ def prepare_events(w: Walker) -> None:
             aim(i, w)
 
 
-@jit
+@shared(numba.void, WALKER, JET)
 def launch(w: Walker, start: Floats) -> None:
     """Set a walker to the start of a step (model: start of a simulation).
 

@@ -1,12 +1,11 @@
 """A whole simulation in one call."""
 
-from legspring.kernel.jit import driver
+from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.stride import LONGEST_STEP, advance
 from legspring.kernel.walker import EVENT_DRIVEN, OK, TIME, Floats, Tape, Walker, new_tape, new_walker
 
 
-@driver
 def run(
     body: Floats,
     legs: Floats,
@@ -44,13 +43,26 @@ def run(
     """
     w = new_walker(body, legs, side, offset, push, rows)
     tape = new_tape(steps, events, 1 + int(end), w)
+    return simulate(w, tape, start.copy(), end, scale), w, tape
+
+
+@driver
+def simulate(w: Walker, tape: Tape, start: Floats, end: float, scale: float) -> int:
+    """Do the same with a walker and a tape; return how it went."""
     launch(w, start)
-    tape.touchdowns[0] = w.y[:, 0]
+    note_touchdown(w, tape, 0)
     status, step = OK, 0
     while status == OK and step < end:
         step += 1
         by_clock = w.clock[EVENT_DRIVEN] == 0.0
         status = advance(w, min(float(step), end) if by_clock else w.clock[TIME] + LONGEST_STEP, scale, tape)
         if status == OK and step <= end:
-            tape.touchdowns[step] = w.y[:, 0]
-    return status, w, tape
+            note_touchdown(w, tape, step)
+    return status
+
+
+@formula
+def note_touchdown(w: Walker, tape: Tape, step: int) -> None:
+    """Write the state, without derivatives, at the start of a step."""
+    for row in range(w.y.shape[0]):
+        tape.touchdowns[step, row] = w.y[row, 0]

@@ -8,11 +8,12 @@ of that, and it is left out.
 
 import math
 
+import numba
 import numpy as np
 
 from legspring.kernel.dop853 import interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
-from legspring.kernel.jit import formula, jit, part
+from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.length import delay_law, law, set_law
 from legspring.kernel.motion import force_changes, hip, measure_gaps, rates, tangent_rates, turn
 from legspring.kernel.walker import (
@@ -48,11 +49,13 @@ from legspring.kernel.walker import (
     STAY,
     STEP_TOO_SMALL,
     STIFFNESS,
+    TAPE,
     TIME,
     TOO_MANY_STEPS,
     TOUCHDOWN,
     TRIGGER,
     VARIED,
+    WALKER,
     WATCHED,
     YAW,
     Floats,
@@ -218,7 +221,7 @@ def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
     return ends
 
 
-@part
+@formula
 def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
     """Lift and put down the legs whose time has come; return whether a step ends with that.
 
@@ -245,7 +248,7 @@ def is_quiet(i: int, w: Walker) -> bool:
     return quiet
 
 
-@part
+@formula
 def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, bool]:
     """Let happen what is due: to the leg that is leaving (-1: none), and to those whose gap is at zero with it.
 
@@ -279,7 +282,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
     return happened, ends
 
 
-@part
+@formula
 def horizon(s: float, end: float, w: Walker) -> float:
     """Time up to which nothing changes by the clock."""
     for i in range(w.contacts.shape[0]):
@@ -293,7 +296,7 @@ def horizon(s: float, end: float, w: Walker) -> float:
     return end
 
 
-@part
+@formula
 def set_push(s: float, push: Floats, clock: Floats) -> None:
     """Set the coefficients of the outside acceleration that holds from s on."""
     for j in range(PUSH_X, PUSH_Y + 2):
@@ -326,7 +329,7 @@ def slide(y: Floats, shift: float, f: Floats, g: Floats, out: Floats) -> None:
             out[row, d] = y[row, d] + 0.5 * shift * (f[row, d] + g[row, d])
 
 
-@part
+@formula
 def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     """Note a step that is about to be accepted; False if the tape is full."""
     n = tape.counts[0]
@@ -343,7 +346,7 @@ def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     return True
 
 
-@part
+@formula
 def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tuple[int, float, float, int]:
     """Try steps until one is accurate and has no event before its end.
 
@@ -371,7 +374,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
     return EVENT_LOST, h, 0.0, -1
 
 
-@part
+@formula
 def accept(s: float, h: float, shift: float, w: Walker) -> float:
     """Make the end of the step tried last the present; return its time."""
     arm(s, h, w.contacts, w.gaps)
@@ -385,7 +388,7 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
     return s + h + shift
 
 
-@part
+@formula
 def resume(w: Walker) -> None:
     """Take the derivatives back to a fixed time, if they are those at the end of a step that moves."""
     if w.clock[EVENT_DRIVEN] != 0.0 and w.clock[TIME] > 0.0:
@@ -394,7 +397,7 @@ def resume(w: Walker) -> None:
             w.lag[d] = 0.0
 
 
-@jit
+@shared(numba.int64, WALKER, numba.float64, numba.float64, TAPE)
 def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     """Move the walker on to time ``end``, touch-downs there included.
 

@@ -8,12 +8,12 @@ number of directions (1, 2, ...). The caller chooses the directions by the jets 
 axis of length one there are none.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.jit import driver
+from legspring.kernel.jit import typeof
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -142,7 +142,6 @@ class Tape(NamedTuple):
     events: Floats
 
 
-@driver
 def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: Floats, rows: int) -> Walker:
     """Return a walker with its state still to be set; ``rows`` is 4 where the yaw is held, else 6."""
     n_legs, _, width = legs.shape
@@ -150,10 +149,11 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
     contacts[:, SIDE], contacts[:, OFFSET] = side, offset
     y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
     ahead, room = np.zeros((rows, width)), np.zeros((rows, width))
+    # Copies are writable and in order, so that all walkers have one type.
     return Walker(
-        body,
-        legs,
-        push,
+        body.copy(),
+        legs.copy(),
+        push.copy(),
         contacts,
         np.zeros(N_CLOCK),
         y,
@@ -172,7 +172,6 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
     )
 
 
-@driver
 def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
     """Return an empty tape for so many steps, events and touch-downs (none: they are not recorded)."""
     n_legs, _, width = w.legs.shape
@@ -188,3 +187,10 @@ def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
         np.full((touchdowns, rows), np.nan),
         np.zeros((events, 5)),
     )
+
+
+_example = new_walker(np.zeros((2, 1)), np.zeros((1, N_LEG, 1)), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4)
+WALKER: Any = typeof(_example)
+"""Numba's type of all walkers."""
+TAPE: Any = typeof(new_tape(1, 1, 1, _example))
+JET: Any = typeof(_example.y)
