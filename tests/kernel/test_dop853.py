@@ -17,12 +17,11 @@ def equal_steps(problem: Problem, steps: int) -> Array:
     """State after equal steps over half the time between two touch-downs, all legs staying as they are."""
     begin, h = 0.02, 0.5 / steps
     walker = simulate(problem, begin).walker
-    y, k = walker.y.copy(), walker.k.copy()
     for index in range(steps):
         now = begin + index * h
-        step(now, h, y, walker.stance, walker.contacts, walker.body, walker.clock, k, walker.ahead)
-        y[:], k[0] = walker.ahead, k[12]
-    return y[:, 0]
+        step(now, h, walker)
+        walker.y[:], walker.k[0] = walker.ahead, walker.k[12]
+    return walker.y[:, 0].copy()
 
 
 @bodies

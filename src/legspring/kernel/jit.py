@@ -5,6 +5,7 @@ at every call, at the cost of several right-hand sides a call: what does not mak
 machine code for calls from Python, which takes long to compile, but for what Python calls.
 """
 
+import ctypes
 import hashlib
 import inspect
 from collections.abc import Callable
@@ -14,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 import numba
 import numba.extending
 from llvmlite import binding
-from numba.core import cgutils
+from numba.core import cgutils, config
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
@@ -27,6 +28,7 @@ INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 njit: Any = numba.njit  # its types leave out some of its options
 tools: Any = cgutils
 linker: Any = binding
+settings: Any = config
 intrinsic: Any = numba.extending.intrinsic
 typeof: Any = numba.typeof
 
@@ -46,6 +48,12 @@ def kept(compiled: Any) -> Any:
     return compiled
 
 
+def refuse(*_: Any) -> None:
+    """Say what is wrong; Python raises SystemError after that."""
+    raise TypeError("only compiled functions can call this one")
+
+
+REFUSAL = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(refuse)
 MANGLED = "_ZN"
 """With this begin the names of functions that numba compiles."""
 
@@ -70,9 +78,9 @@ class Ingredient(JITCodeLibrary):
     def _finalize_final_module(self) -> None:
         self._finalized = True
 
-    def get_pointer_to_function(self, _: str) -> int:
-        """There is no function for Python."""
-        return 0
+    def get_pointer_to_function(self, _: str) -> int | None:
+        """Return what Python finds in the place of the function."""
+        return ctypes.cast(REFUSAL, ctypes.c_void_p).value
 
     @property
     def codegen(self) -> Any:
@@ -125,7 +133,7 @@ class Shared:
 
     Numba would copy it, and all that it calls, into each of them. These callers know it by a name instead, which stands
     for its address in this process only, so that their machine code may be kept on disk. It is compiled, or loaded, and
-    its name made known, before a caller is.
+    its name made known, before a caller is. LLVM makes vector instructions of what it does four times in a row.
     """
 
     def __init__(self, function: Callable[..., Any], result: Any, arguments: tuple[Any, ...]) -> None:
@@ -137,7 +145,11 @@ class Shared:
     def provide(self) -> None:
         """Make the function's name known to the linker."""
         if not self.provided:
-            self.compiled.compile(self.arguments)
+            usual, settings.SLP_VECTORIZE = settings.SLP_VECTORIZE, 1
+            try:
+                self.compiled.compile(self.arguments)
+            finally:
+                settings.SLP_VECTORIZE = usual
             made = self.compiled.overloads[self.arguments]
             linker.add_symbol(self.name, made.library.get_pointer_to_function(made.fndesc.llvm_func_name))
             self.provided = True

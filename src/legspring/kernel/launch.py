@@ -5,7 +5,7 @@ import math
 import numba
 
 from legspring.kernel.jit import formula, jit, shared
-from legspring.kernel.length import law
+from legspring.kernel.length import law, phase_at
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, put_down, raise_leg
 from legspring.kernel.walker import (
@@ -96,7 +96,7 @@ def place(i: int, w: Walker, start: Floats) -> None:
 def hold_ready(i: int, w: Walker) -> None:
     """Note where leg i puts its foot down, seen from the body."""
     begun, angle = w.stance[i, BEGUN, 0], w.legs[i, ANGLE, 0]
-    length = law(begun, w.stance, i, (math.sin(math.pi * begun), math.cos(math.pi * begun)))[0]
+    length = law(begun, w.stance, i, phase_at(begun))[0]
     w.contacts[i, ARM_X] = w.legs[i, HIP_X, 0] - length * math.sin(angle)
     w.contacts[i, ARM_Y] = w.legs[i, HIP_Y, 0] + length * math.cos(angle)
 

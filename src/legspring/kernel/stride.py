@@ -11,17 +11,16 @@ import math
 import numba
 import numpy as np
 
-from legspring.kernel.dop853 import interpolant, step, step_tangents
+from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit, shared
-from legspring.kernel.length import delay_law, law, set_law
-from legspring.kernel.motion import force_changes, hip, measure_gaps, rates, tangent_rates, turn
+from legspring.kernel.length import delay_law, law, phase_at, set_law
+from legspring.kernel.motion import force_changes, hip, measure_gaps, tangent_rates, turn
 from legspring.kernel.walker import (
     ANGLE,
     BEGUN,
     CLOCK,
     DOWN,
-    EVALUATIONS,
     EVENT_DRIVEN,
     EVENT_LOST,
     FOOT_X,
@@ -54,7 +53,6 @@ from legspring.kernel.walker import (
     TOO_MANY_STEPS,
     TOUCHDOWN,
     TRIGGER,
-    VARIED,
     WALKER,
     WATCHED,
     YAW,
@@ -94,15 +92,12 @@ def clear(a: Floats) -> None:
 def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts: Floats) -> None:
     """Put leg i down at time s under a body in state y, such that its force is zero (model: foot placement)."""
     yaws = y.shape[0] == 6
-    contacts[i, VARIED] = 0.0
     for d in range(legs.shape[2]):
         stance[i, GRIP_X, d] = legs[i, HIP_X, d]
         stance[i, GRIP_Y, d] = legs[i, HIP_Y, d]
         stance[i, SPRING, d] = legs[i, STIFFNESS, d]
-        if d > 0 and (legs[i, HIP_X, d] != 0.0 or legs[i, HIP_Y, d] != 0.0 or legs[i, STIFFNESS, d] != 0.0):
-            contacts[i, VARIED] = 1.0
     set_law(legs, i, s, stance)
-    sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
+    sine, cosine = phase_at(s)
     lean = turn(y)
     hx, hy = hip(legs[i, HIP_X, 0], legs[i, HIP_Y, 0], lean)
     numbers = law(s, stance, i, (sine, cosine))
@@ -139,10 +134,7 @@ def record_event(tape: Tape, s: float, leg: int, kind: int, rate: float) -> None
 @jit
 def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
-    rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
-    w.clock[EVALUATIONS] += 1
-    if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
+    all_rates(s, w.y, w, 0)
     measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
 
 
@@ -278,7 +270,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
+        tangent_rates(s, phase_at(s), w.y, w.stance, w.contacts, w.body, w.clock, w.struts[0], w.k[0])
     return happened, ends
 
 
@@ -314,10 +306,7 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
     slide(w.ahead, shift, w.k[12], w.k[12], w.y)
-    rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
-    w.clock[EVALUATIONS] += 1
-    if w.y.shape[1] > 1:
-        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
+    all_rates(s + shift, w.y, w, 13)
     slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 
@@ -356,7 +345,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
         How it went, the step's size, the time by which to move its end onto an event, and whose (-1: nobody's).
     """
     for _ in range(MOST_TRIES):
-        error = step(s, h, w.y, w.stance, w.contacts, w.body, w.clock, w.k, w.ahead) / scale
+        error = step(s, h, w) / scale
         if not error <= 1.0:
             h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.1
             w.clock[NEXT_STEP] = h
@@ -384,6 +373,7 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
     else:
         copy(w.ahead, w.y)
         copy(w.k[12], w.k[0])
+        copy(w.struts[12], w.struts[0])
         copy(w.gaps[1], w.gaps[0])
     return s + h + shift
 

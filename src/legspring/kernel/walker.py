@@ -36,8 +36,8 @@ N_STANCE = 11
 PLAIN, DAMPED = 0.0, 1.0
 
 # Columns of the contacts.
-SIDE, OFFSET, SINCE, DOWN, SIGN, VARIED, WATCHED, ARM_X, ARM_Y, LEVEL = range(10)
-N_CONTACT = 10
+SIDE, OFFSET, SINCE, DOWN, SIGN, WATCHED, ARM_X, ARM_Y, LEVEL = range(9)
+N_CONTACT = 9
 # What is watched of a leg: nothing, when its force is zero, or when the height of its foot is.
 NOTHING, FORCE, HEIGHT = 0.0, 1.0, 2.0
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
@@ -64,9 +64,9 @@ class Walker(NamedTuple):
     push
         ``(P, 3)``: knots (time, x, y) of an acceleration from outside, linear in between, zero elsewhere.
     contacts
-        ``(L, 10)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
+        ``(L, 9)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
         2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), the sign of its gap since the
-        end of the ignored window (0 before), whether its hip or stiffness has derivatives, what is watched of it (see
+        end of the ignored window (0 before), what is watched of it (see
         `NOTHING`), from the centre of mass to the foot held ready (x, y, seen from the body), and the height of the
         ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
         a leg which waits for the ground is the height of its foot above it.
@@ -82,6 +82,11 @@ class Walker(NamedTuple):
     k, ahead, room, gaps
         Room for the rates at the stages of a step ``(16, n, C)``, the state at its end and inside ``(n, C)``, and
         each leg's gap with its first two rates at its start and end ``(2, L, 3)``.
+    phases
+        ``(2, 16)``: sine and cosine of pi times the times of the stages of a step.
+    struts
+        ``(16, L, 6)``: plain legs in stance at these stages, for the derivatives: from hip to foot (x, y), hip seen
+        from the centre of mass (x, y), length, gap.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
     flat_y, flat_k, flat_ahead, flat_room
@@ -99,6 +104,8 @@ class Walker(NamedTuple):
     ahead: Floats
     room: Floats
     gaps: Floats
+    phases: Floats
+    struts: Floats
     ground: Floats
     delay: Floats
     lag: Floats
@@ -162,6 +169,8 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         ahead,
         room,
         np.zeros((2, n_legs, 3)),
+        np.zeros((2, 16)),
+        np.zeros((16, n_legs, 6)),
         np.zeros(width),
         np.zeros(width),
         np.zeros(width),
