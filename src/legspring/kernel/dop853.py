@@ -10,7 +10,7 @@ from scipy.integrate import DOP853
 from legspring.kernel.jit import formula, jit
 from legspring.kernel.length import phase_at
 from legspring.kernel.motion import rates, tangent_rates
-from legspring.kernel.walker import EVALUATIONS, LEVER, VX, VY, YAW, Floats, Walker, X, Y
+from legspring.kernel.walker import EVALUATIONS, FASTEST, LEVER, VX, VY, YAW, YAW_RATE, Floats, Walker, X, Y
 
 STAGES = 12
 # Row 12 is the end of the step.
@@ -94,7 +94,7 @@ def step(s: float, h: float, w: Walker) -> float:
         phase = w.phases[0, j], w.phases[1, j]
         rates(s + C[j] * h, phase, w.ahead, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
     w.clock[EVALUATIONS] += STAGES
-    return h * error(w.k, w.clock[LEVER])
+    return h * error(w.k, w.clock[LEVER], w.clock[FASTEST])
 
 
 @jit
@@ -119,8 +119,11 @@ def all_rates(s: float, y: Floats, w: Walker, j: int) -> None:
 
 
 @formula
-def error(k: Floats, lever: float) -> float:
-    """Combine the error estimates of orders 5 and 3 into one of order 8, per unit of time, m."""
+def error(k: Floats, lever: float, unit: float) -> float:
+    """Combine the error estimates of orders 5 and 3 into one of order 8, per unit of time, m.
+
+    The lever makes an angle a length, the unit of time a speed.
+    """
     fifth = third = 0.0
     for row in range(k.shape[1]):
         e5 = e3 = 0.0
@@ -128,6 +131,8 @@ def error(k: Floats, lever: float) -> float:
             e5 += E5[j] * k[j, row, 0]
             e3 += E3[j] * k[j, row, 0]
         weight = 1.0 if row < YAW else lever * lever
+        if row in (VX, VY, YAW_RATE):
+            weight *= unit * unit
         fifth += weight * e5 * e5
         third += weight * e3 * e3
     if fifth == 0.0 and third == 0.0:

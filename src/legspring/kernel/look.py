@@ -20,6 +20,7 @@ from legspring.kernel.walker import (
     OK,
     PHASE,
     SIDE,
+    TAPE_FULL,
     VX,
     VY,
     Floats,
@@ -214,8 +215,11 @@ def look(
         np.zeros(pair.size),
     )
     w = new_walker(body, legs, side, offset, np.zeros((0, 3)), 4)
-    tape = new_tape(180 if what == WORK else 0, 60, 0, w)
-    look_along_a_stride(w, tape, pair, first, lengths, start.copy(), stride, rate, scale, points, what, out)
+    room, full = 60, True
+    while full:
+        tape = new_tape(3 * room if what == WORK else 0, room, 0, w)
+        full = look_along_a_stride(w, tape, pair, first, lengths, start.copy(), stride, rate, scale, points, what, out)
+        room *= 2
     return out.angles, out.is_gait, out.jacobians, out.work
 
 
@@ -244,17 +248,20 @@ def look_along_a_stride(
     points: Floats,
     what: int,
     out: Sight,
-) -> None:
-    """Do what `look` does with a walker, a tape and room for the results."""
+) -> bool:
+    """Do what `look` does with a walker, a tape and room for the results; return whether the tape was too short."""
     for row in range(points.shape[0]):
         tape.counts[0] = tape.counts[1] = 0
         place(w, start, pair, lengths, stride, points[row])
         copy(w.contacts[:, DOWN], out.down)
-        if advance(w, 1.0, scale, tape) != OK:
-            continue
-        if what == STEP:
+        status = advance(w, 1.0, scale, tape)
+        if status == OK and what == STEP:
             map_jacobian(w.y, stride, -1.0, out.jacobians[row])
-        if advance(w, 2.0, scale, tape) != OK:
+        if status == OK:
+            status = advance(w, 2.0, scale, tape)
+        if status == TAPE_FULL:
+            return True
+        if status != OK:
             continue
         if what == STRIDE:
             map_jacobian(w.y, stride, 1.0, out.jacobians[row])
@@ -263,3 +270,4 @@ def look_along_a_stride(
         liftoffs(tape, first, out.ends)
         write_angles(w, first, lengths, start[HEADING, 0], stride, rate, points[row], out.ends, out.angles[row])
         out.is_gait[row] = fulfils(w, out.down, first, pair, out.ends)
+    return False

@@ -37,9 +37,10 @@ from legspring.kernel.walker import (
 )
 
 Triple = tuple[float, float, float]
+Index = int | np.uint64
 
 ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
-"""Numbers without a sign, with which no index can count from the end: asking that would take vector instructions away."""
+"""Numbers without a sign. An index with one may count from the end, which rules out vector instructions."""
 
 
 @formula
@@ -213,7 +214,7 @@ def tangent_rates(
 
 
 @formula
-def tangent(y: Floats, rows: Floats, leg: Floats, lean: Pair, phase: Pair, d: int, yaws: bool) -> Triple:
+def tangent(y: Floats, rows: Floats, leg: Floats, lean: Pair, phase: Pair, d: Index, yaws: bool) -> Triple:
     """Differentiate the force (x, y, per mass) of a leg, and its moment, along one direction.
 
     With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
@@ -263,7 +264,7 @@ def four_tangents(
     struts: Floats,
     lean: Pair,
     phase: Pair,
-    d: int,
+    d: Index,
     out: Floats,
     yaws: bool,
 ) -> None:

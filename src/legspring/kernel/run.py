@@ -3,7 +3,7 @@
 from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.stride import LONGEST_STEP, advance
-from legspring.kernel.walker import EVENT_DRIVEN, OK, TIME, Floats, Tape, Walker, new_tape, new_walker
+from legspring.kernel.walker import EVENT_DRIVEN, OK, SLOWEST, TIME, Floats, Tape, Walker, new_tape, new_walker
 
 
 def run(
@@ -55,7 +55,8 @@ def simulate(w: Walker, tape: Tape, start: Floats, end: float, scale: float) -> 
     while status == OK and step < end:
         step += 1
         by_clock = w.clock[EVENT_DRIVEN] == 0.0
-        status = advance(w, min(float(step), end) if by_clock else w.clock[TIME] + LONGEST_STEP, scale, tape)
+        latest = w.clock[TIME] + LONGEST_STEP * w.clock[SLOWEST]
+        status = advance(w, min(float(step), end) if by_clock else latest, scale, tape)
         if status == OK and step <= end:
             note_touchdown(w, tape, step)
     return status

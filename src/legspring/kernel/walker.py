@@ -42,11 +42,12 @@ N_CONTACT = 9
 NOTHING, FORCE, HEIGHT = 0.0, 1.0, 2.0
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
 TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y, EVENT_DRIVEN, ALL_PLAIN = 0, 1, 2, 3, 4, 6, 8, 9
-N_CLOCK = 10
+SIDE_VIEW, FASTEST, SLOWEST = 10, 11, 12
+N_CLOCK = 13
 
 TOUCHDOWN, LIFTOFF = 0, 1
 
-OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN = 0, 1, 2, 3, 4
+OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN, TAPE_FULL, FALLEN = 0, 1, 2, 3, 4, 5, 6
 """Endings of an integration."""
 
 
@@ -71,9 +72,10 @@ class Walker(NamedTuple):
         ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
         a leg which waits for the ground is the height of its foot above it.
     clock
-        ``(10,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
-        error of the yaw one of a position, the push now, whether no leg touches down by the clock, and whether the
-        manner of all legs is plain.
+        ``(13,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
+        error of the yaw one of a position, the push now, whether no leg touches down by the clock, whether the
+        manner of all legs is plain, whether a leg touches down on the ground; and the shortest and the longest of the
+        motion's own times (see `legspring.kernel.launch.set_natural_times`), by which what is short or long is judged.
     y
         ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
     stance
