@@ -470,6 +470,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         if w.clock[EVENT_DRIVEN] != 0.0:
             fall = time_to_fall(w)
             if fall == math.inf and not (ends or touched):
+                w.clock[TIME] = s
                 return NO_TOUCHDOWN
             end = max(end, s + 2.0 * fall)
         if happened or w.clock[EVENT_DRIVEN] != 0.0:
@@ -494,6 +495,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         if last and shift == 0.0:
             s = bound
         if has_fallen(w):
+            w.clock[TIME] = s
             return FALLEN
     w.clock[TIME] = s
     if w.clock[EVENT_DRIVEN] != 0.0:
