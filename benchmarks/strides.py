@@ -16,7 +16,7 @@ from legspring.kernel.jit import driver
 from legspring.kernel.launch import launch
 from legspring.kernel.run import run
 from legspring.kernel.stride import advance
-from legspring.kernel.walker import EVALUATIONS, OK, Walker, new_tape, new_walker
+from legspring.kernel.walker import EVALUATIONS, OK, Tape, Walker, new_tape, new_walker
 from legspring.returnmap import NO_PUSH, flow
 from legspring.setting import ACCURACY
 from tests.oracle import heyoka_walker, scipy_walker
@@ -40,9 +40,8 @@ HEYOKA_TOLERANCES = 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 0.0
 
 
 @driver
-def stride_many(w: Walker, starts: Floats, end: float, scale: float, repeats: int) -> int:
+def stride_many(w: Walker, tape: Tape, starts: Floats, end: float, scale: float, repeats: int) -> int:
     """Simulate from each start, so many times, as a sweep does; return how the worst went."""
-    tape = new_tape(0, 0, 0, w)
     worst = OK
     for _ in range(repeats):
         for row in range(starts.shape[0]):
@@ -89,10 +88,10 @@ def compiled_loop(subject: Subject, derivatives: bool, repeats: int) -> Callable
     body, legs, starts = subject.jets(derivatives)
     setting = subject.setting
     w = new_walker(body, legs, setting.side, setting.offset, NO_PUSH, setting.rows)
-    scale = setting.error_scale()
+    tape, scale = new_tape(0, 0, 0, w), setting.error_scale()
 
     def loop() -> None:
-        if stride_many(w, starts, STRIDE, scale, repeats) != OK:
+        if stride_many(w, tape, starts, STRIDE, scale, repeats) != OK:
             raise ArithmeticError(f"{subject.name} could not be simulated")
 
     return loop

@@ -5,10 +5,33 @@ import math
 import numpy as np
 import pytest
 
-from legspring import Animal
-from legspring.kernel.walker import VX, VY, X, Y
-from legspring.returnmap import Direction, Start, complete_map, flow, reduced_map
-from legspring.setting import TIGHT, Setting
+from legspring import Animal, find_gaits, load_animal
+from legspring.kernel.run import run
+from legspring.kernel.walker import (
+    ACTUATION,
+    GRAVITY,
+    NO_TOUCHDOWN,
+    OK,
+    STIFFNESS,
+    TAPE_FULL,
+    TIME,
+    TOUCHDOWN,
+    VX,
+    VY,
+    X,
+    Y,
+)
+from legspring.returnmap import (
+    NO_PUSH,
+    Direction,
+    IntegrationError,
+    Start,
+    complete_map,
+    flow,
+    jets,
+    reduced_map,
+)
+from legspring.setting import TIGHT, Setting, slope_for
 from tests.conftest import Cells
 
 PHASE = np.array([0.3, 0.6, -0.7])
@@ -170,3 +193,71 @@ def test_an_animal_with_a_leg_that_has_no_image_is_not_mirrored(roach: Animal) -
         phase = np.resize(PHASE, len(animal.pairs))
         image, end = complete_map(setting, phase, START)[0], flow(setting, phase, START)[0].y[:, 0]
         assert image[2] == pytest.approx(-end[X] if mirrored else end[X], abs=1e-15)
+
+
+# Nothing is lost without a word ---------------------------------------------------------------------------
+
+
+def test_a_recorded_stride_takes_as_many_steps_as_it_needs() -> None:
+    stiff = load_animal("climbing_template").replace(stiffness=300.0, damping=0.64)
+    setting = Setting(stiff, math.pi / 2, stiff.functions("P"))
+    start = Start(0.17, -0.413, (0.0032, 0.0187), yaw=0.06, yaw_rate=5.99)
+    tape = flow(setting, stiff.phase, start, steps=2, record=True, accuracy=TIGHT)[1]
+    assert tape.counts[0] > 60 * 2 + 60
+    assert tape.time[tape.counts[0]] == 2.0
+
+
+def test_all_events_of_many_legs_are_recorded(roach: Animal) -> None:
+    setting = Setting(roach, 0.0, roach.functions("B"))
+    body, rows, start = jets(setting, PHASE, START)
+    many = np.repeat(rows[:1], 60, axis=0)
+    many[:, [STIFFNESS, ACTUATION]] *= 0.05
+    offset = np.arange(60) / 30.0
+    touchdowns = {}
+    for room in (20, 500):
+        status, _, tape = run(body, many, -np.ones(60), offset, NO_PUSH, start, 4, 2.0, 1e-12, 500, room)
+        touchdowns[room] = status, int(np.count_nonzero(tape.events[: tape.counts[1], 2] == TOUCHDOWN))
+    assert touchdowns[20][0] == TAPE_FULL
+    assert touchdowns[500] == (OK, 60)
+
+
+@pytest.mark.parametrize("name", ["spring_loaded_inverted_pendulum", "lateral_leg_spring"])
+def test_nothing_depends_on_a_unit_of_time(name: str) -> None:
+    animal = load_animal(name)
+    states = []
+    for unit in (10.0, 0.4, 0.05, 0.012, 0.004, 0.001):
+        same = animal.replace(step_law=unit)
+        setting = Setting(same, slope_for(same, None, None), same.functions("P"))
+        start = Start(5.2, -1.66) if "inverted" in name else Start(0.51, 0.08, yaw_rate=-1.0)
+        walker, _ = flow(setting, same.phase, start, steps=2)
+        states.append([walker.clock[TIME] * unit, *walker.y[:2, 0], *(walker.y[2:4, 0] / unit)])
+    assert np.array(states) == pytest.approx(np.array(states[:1] * 6), rel=1e-9, abs=1e-10)
+
+
+def test_the_gaits_do_not_depend_on_a_unit_of_time() -> None:
+    animal = load_animal("spring_loaded_inverted_pendulum")
+    found = [
+        [gait.heading for gait in find_gaits(animal.replace(step_law=unit), slope_deg=90)]
+        for unit in (0.4, 10.0, 0.012, 0.001)
+    ]
+    assert len(found[0]) == 2
+    for headings in found[1:]:
+        assert headings == pytest.approx(found[0], abs=1e-9)
+
+
+def test_what_never_touches_down_is_said_at_once() -> None:
+    animal = load_animal("spring_loaded_inverted_pendulum")
+    setting = Setting(animal, math.pi / 2, animal.functions("P"))
+    body, legs, start = jets(setting, animal.phase, Start(5.2, -1.66))
+    body[GRAVITY] = 0.0
+    status, walker, _ = run(body, legs, setting.side, setting.offset, NO_PUSH, start, 4, 1.0, 1e-10, 0, 0)
+    assert status == NO_TOUCHDOWN
+    assert 0.0 < walker.clock[TIME] < 1.0
+
+
+@pytest.mark.parametrize(("speed", "heading"), [(1.0, -1.6), (5.2, -2.9), (0.5, -3.0)])
+def test_a_body_that_falls_to_the_ground_says_so(speed: float, heading: float) -> None:
+    animal = load_animal("spring_loaded_inverted_pendulum")
+    setting = Setting(animal, math.pi / 2, animal.functions("P"))
+    with pytest.raises(IntegrationError, match="the body falls to the ground"):
+        flow(setting, animal.phase, Start(speed, heading), steps=3)

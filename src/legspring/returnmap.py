@@ -14,12 +14,14 @@ from legspring.kernel.walker import (
     ANGLE,
     DAMPING,
     EVENT_LOST,
+    FALLEN,
     LENGTH,
     N_LEG,
     NO_TOUCHDOWN,
     PHASE,
     STEP_TOO_SMALL,
     STIFFNESS,
+    TAPE_FULL,
     TIME,
     TOO_MANY_STEPS,
     TOUCHDOWN,
@@ -59,9 +61,10 @@ MOST_STEPS_AT_ONCE = 2000
 """Longest simulation, in steps."""
 REASONS = {
     STEP_TOO_SMALL: "the integrator's step became too small: a leg collapsed to its hip, or forces are too stiff",
-    TOO_MANY_STEPS: "the integrator needed too many steps: forces are too stiff for the step duration",
+    TOO_MANY_STEPS: "the integrator needed too many steps: forces are too stiff for the time that a step takes",
     EVENT_LOST: "a lift-off could not be located: the leg's force stays too near zero",
     NO_TOUCHDOWN: "no leg touches down any more",
+    FALLEN: "the body falls to the ground",
 }
 
 
@@ -196,19 +199,14 @@ def flow(
     if not 0 <= steps <= MOST_STEPS_AT_ONCE:
         raise ValueError(f"steps = {steps!r}: must be from 0 to {MOST_STEPS_AT_ONCE}")
     body, legs, start_jet = jets(setting, phase, start, along)
-    room = (60 * steps + 60, 20 * steps + 20) if record else (0, 0)
-    status, walker, tape = run(
-        body,
-        legs,
-        setting.side,
-        setting.offset,
-        push,
-        start_jet,
-        setting.rows,
-        float(steps),
-        setting.error_scale(accuracy),
-        *room,
-    )
+    scale, end, rows = setting.error_scale(accuracy), float(steps), setting.rows
+    room = 60 * steps + 60 if record else 0
+    status = TAPE_FULL
+    while status == TAPE_FULL:
+        status, walker, tape = run(
+            body, legs, setting.side, setting.offset, push, start_jet, rows, end, scale, room, room // 2
+        )
+        room *= 2
     if status in REASONS:
         raise IntegrationError(f"stopped at t = {walker.clock[TIME] * setting.step_duration:.6g} s: {REASONS[status]}")
     return walker, tape

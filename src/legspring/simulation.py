@@ -8,8 +8,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector
-from legspring.kernel.dop853 import interpolate
-from legspring.kernel.measure import leg_series
+from legspring.kernel.measure import leg_series, state_series
 from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
 from legspring.model import Animal
 from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow, step_ends
@@ -24,8 +23,7 @@ def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
     count = int(tape.counts[0])
     index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
     out = np.zeros((len(times), *tape.y.shape[1:]))
-    for row, (n, time) in enumerate(zip(index, times, strict=True)):
-        interpolate(tape.y[n], tape.dense[n], (time - tape.time[n]) / tape.size[n], out[row])
+    state_series(tape, index, np.asarray(times), out)
     return out[:, :, 0], index
 
 

@@ -328,7 +328,7 @@ class Problem(BaseProblem):
             self._start,
             setting.pair,
             setting.step_length,
-            np.ascontiguousarray(np.broadcast_to(magnitudes, (len(z), magnitudes.shape[1]))),
+            np.broadcast_to(magnitudes, (len(z), magnitudes.shape[1])).copy(),
             z,
             setting.error_scale(accuracy),
             goal,

@@ -1,9 +1,10 @@
 """The oracles' problems in the kernel's units, and the kernel's answers back in SI."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, ParamSpec, TypeVar
 
+import numba
 import numpy as np
 
 from legspring.kernel.run import run
@@ -12,6 +13,9 @@ from legspring.model import cockroach
 from legspring.setting import TIGHT, Setting
 from tests.oracle.problem import Array, Direction, Event, Problem, Run, random_problem
 
+P = ParamSpec("P")
+R = TypeVar("R")
+njit: Any = numba.njit
 KINDS: dict[float, Literal["touchdown", "liftoff"]] = {TOUCHDOWN: "touchdown", LIFTOFF: "liftoff"}
 NO_PUSH = np.zeros((0, 3))
 
@@ -149,3 +153,10 @@ def point_mass(seed: int) -> Problem:
 def rigid_body(seed: int) -> Problem:
     """A random body that yaws."""
     return random_problem(np.random.default_rng((seed, True)), yaw=True)
+
+
+def callable_here(function: Callable[P, R]) -> Callable[P, R]:
+    """A function of the kernel that otherwise only compiled functions call."""
+    inner: Any = function
+    compiled: Callable[P, R] = njit(lambda *arguments: inner(*arguments))
+    return compiled

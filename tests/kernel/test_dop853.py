@@ -5,10 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from legspring.kernel.dop853 import interpolate, step
-from tests.kernel.bridge import Walk, point_mass, rigid_body, simulate
+from legspring.kernel import dop853
+from tests.kernel.bridge import Walk, callable_here, point_mass, rigid_body, simulate
 from tests.oracle.problem import Array, Direction, Problem
 
+interpolate, step = callable_here(dop853.interpolate), callable_here(dop853.step)
 bodies = pytest.mark.parametrize("make", [point_mass, rigid_body])
 
 
@@ -16,12 +17,11 @@ def equal_steps(problem: Problem, steps: int) -> Array:
     """State after equal steps over half the time between two touch-downs, all legs staying as they are."""
     begin, h = 0.02, 0.5 / steps
     walker = simulate(problem, begin).walker
-    y, k = walker.y.copy(), walker.k.copy()
     for index in range(steps):
         now = begin + index * h
-        step(now, h, y, walker.stance, walker.contacts, walker.body, walker.clock, k, walker.ahead)
-        y[:], k[0] = walker.ahead, k[12]
-    return y[:, 0]
+        step(now, h, walker)
+        walker.y[:], walker.k[0] = walker.ahead, walker.k[12]
+    return walker.y[:, 0].copy()
 
 
 @bodies

@@ -9,12 +9,15 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
-from legspring.kernel.events import first_zero
+from legspring.kernel import events
+from tests.kernel.bridge import callable_here
 
 Six = tuple[float, float, float, float, float, float]
 some = settings(max_examples=300, derandomize=True, deadline=None, database=None)
 whole = st.integers(-20, 20).map(float)
 signs = st.sampled_from([-1.0, 1.0])
+
+first_zero = callable_here(events.first_zero)
 
 
 def polynomial(b: Six) -> Polynomial:

@@ -10,11 +10,11 @@ import legspring
 
 CODE = """
 import numpy as np
-from legspring.kernel import launch, walker
+from legspring.kernel import launch, run, walker
 legs = np.zeros((1, walker.N_LEG, 1))
 legs[0, :7, 0] = 0, 0, 1, 0.03, 0.01, 1.0, 0
-w = walker.new_walker(np.zeros((2, 1)), legs, -np.ones(1), np.zeros(1), np.zeros((0, 3)), 4)
-launch.launch(w, np.full((launch.N_START, 1), 0.1))
+start = np.full((launch.N_START, 1), 0.1)
+w = run.run(np.zeros((2, 1)), legs, -np.ones(1), np.zeros(1), np.zeros((0, 3)), start, 4, 0.0, 1.0, 0, 0)[1]
 print(w.stance[0, walker.FOOT_Y, 0])
 """
 

@@ -5,13 +5,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from legspring.kernel.dop853 import interpolate
+from legspring.kernel import dop853
 from legspring.kernel.measure import ALL_LEGS, largest_force, leg_work
 from legspring.setting import ACCURACY, TIGHT
-from tests.kernel.bridge import Walk, point_mass, rigid_body, scale, simulate
+from tests.kernel.bridge import Walk, callable_here, point_mass, rigid_body, scale, simulate
 from tests.oracle import heyoka_walker
 from tests.oracle.problem import Array, Problem
 
+interpolate = callable_here(dop853.interpolate)
 bodies = pytest.mark.parametrize("make", [point_mass, rigid_body])
 SAMPLES = 60
 

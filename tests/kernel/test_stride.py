@@ -10,7 +10,16 @@ import numpy as np
 import pytest
 
 from legspring.kernel.measure import largest_force, leg_work
-from legspring.kernel.walker import EVENT_LOST, FORMULA, N_LEG, NO_TOUCHDOWN, OK, STEP_TOO_SMALL, TOO_MANY_STEPS
+from legspring.kernel.walker import (
+    EVENT_LOST,
+    FORMULA,
+    N_LEG,
+    NO_TOUCHDOWN,
+    OK,
+    STEP_TOO_SMALL,
+    TAPE_FULL,
+    TOO_MANY_STEPS,
+)
 from legspring.setting import ACCURACY, TIGHT
 from tests.kernel import bridge
 from tests.kernel.bridge import Walk, attempt, point_mass, rigid_body, scale, sequence, simulate
@@ -281,4 +290,4 @@ def test_odd_input_ends_with_a_status(make: Callable[[int], Problem], value: flo
 
 
 def test_a_tape_that_is_full() -> None:
-    assert attempt(point_mass(0), bridge.jets(point_mass(0)), room=3).status == TOO_MANY_STEPS
+    assert attempt(point_mass(0), bridge.jets(point_mass(0)), room=3).status == TAPE_FULL

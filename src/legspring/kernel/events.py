@@ -14,11 +14,11 @@ from legspring.kernel.walker import NOTHING, SIGN, SINCE, WATCHED, Floats
 WINDOW = 1.0 / 50.0
 """Step durations after its touch-down in which a leg does not lift off."""
 LANDED = 1e-5
-"""Distance in time from a zero at which a step's end is moved onto it."""
+"""Distance from a zero at which a step's end is moved onto it, in the shortest of the motion's own times."""
 LANDED_BY_CUBIC = 1e-7
 """The same where the gap's second rate is an estimate."""
 INSTANT = 1e-12
-"""Times closer than this are one."""
+"""Times closer than this, in step durations, are one to the clock."""
 NONE, SHORTER, HERE = 0, 1, 2
 
 Six = tuple[float, float, float, float, float, float]
@@ -125,8 +125,8 @@ def estimate_second(h: float, gaps: Floats, i: int) -> None:
 
 
 @formula
-def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int, float, int]:
-    """Find what happens first in a step just tried.
+def next_event(s: float, h: float, contacts: Floats, gaps: Floats, unit: float) -> tuple[int, float, int]:
+    """Find what happens first in a step just tried; the unit is that of what is close.
 
     Returns
     -------
@@ -138,10 +138,10 @@ def next_event(s: float, h: float, contacts: Floats, gaps: Floats) -> tuple[int,
     for i in range(contacts.shape[0]):
         if contacts[i, WATCHED] == NOTHING:
             continue
-        sign, shift, landed = contacts[i, SIGN], math.inf, LANDED
+        sign, shift, landed = contacts[i, SIGN], math.inf, LANDED * unit
         if math.isnan(gaps[1, i, 2]):
             estimate_second(h, gaps, i)
-            landed = LANDED_BY_CUBIC
+            landed = LANDED_BY_CUBIC * unit
         if sign == 0.0:
             x = window_split(s, h, contacts, gaps, i)
         else:

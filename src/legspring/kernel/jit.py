@@ -1,13 +1,16 @@
-"""The five ways in which this package compiles: all release Python's lock and use fused multiply-adds.
+"""The four ways in which this package compiles: all release Python's lock and use fused multiply-adds.
 
 Division by zero gives infinity, as in NumPy, so that loops stay free of branches. Numba counts references to arrays
-at every call, at the cost of several right-hand sides a call: what does not make arrays goes without.
+at every call, at the cost of several right-hand sides a call: what does not make arrays goes without. Nor is there
+machine code for calls from Python, which takes long to compile, but for what Python calls.
 
 What Python calls must return numbers, arrays and plain tuples of them only. A named tuple is made by running Python,
 in which a signal (Ctrl-C) may raise; compiled code does not look, and crashes.
 """
 
+import ctypes
 import hashlib
+import inspect
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -15,16 +18,26 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 import numba.extending
-from numba.core import serialize
+from llvmlite import binding
+from numba.core import cgutils, config, serialize
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 
 from legspring.kernel.cache import check_compiler, keep
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-OPTIONS = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
-check_compiler()
+# Where inlining is not forbidden, numba takes it over from the caller.
+OPTIONS = {"nogil": True, "forceinline": False, "error_model": "numpy", "fastmath": {"contract", "nsz", "arcp"}}
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 njit: Any = numba.njit  # its types leave out some of its options
+tools: Any = cgutils
+linker: Any = binding
+settings: Any = config
+intrinsic: Any = numba.extending.intrinsic
+typeof: Any = numba.typeof
+check_compiler()
 # Where compiled code hands an array to Python, Numba looks up what it knows by this function, in Python: the one place
 # left for a signal to raise where nobody looks, so that it comes out as a SystemError. A cache written in C is none.
 if hasattr(serialize, "_numba_unpickle"):
@@ -45,33 +58,143 @@ def kept(compiled: Any) -> Any:
     return compiled
 
 
+def refuse(*_: Any) -> None:
+    """Say what is wrong; Python raises SystemError after that."""
+    raise TypeError("only compiled functions can call this one")
+
+
+REFUSAL = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p)(refuse)
+MANGLED = "_ZN"
+"""With this begin the names of functions that numba compiles."""
+
+
+class Ingredient(JITCodeLibrary):
+    """A function as LLVM has it, to be linked into its callers and optimised there: it gets no machine code.
+
+    That code would never be called, and took a third of all the time to compile.
+    """
+
+    def add_ir_module(self, module: Any) -> None:
+        """Take in the function; where it is not to be inlined, LLVM is not to do so either."""
+        for function in module.functions:
+            inlined = "alwaysinline" in function.attributes
+            if function.name.startswith(MANGLED) and not function.is_declaration and not inlined:
+                function.attributes.add("noinline")
+        super().add_ir_module(module)  # type: ignore[no-untyped-call]
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
+
+    def get_pointer_to_function(self, _: str) -> int | None:
+        """Return what Python finds in the place of the function."""
+        return ctypes.cast(REFUSAL, ctypes.c_void_p).value
+
+    @property
+    def codegen(self) -> Any:
+        """Where `set_env` is looked for."""
+        return self
+
+    def set_env(self, *_: Any) -> None:
+        """There is no code that needs an environment."""
+
+
+class InnerPipeline(Compiler):
+    """The way to such a function."""
+
+    def define_pipelines(self) -> Any:
+        """Take numba's way, with another library at its end."""
+        state: Any = self.state
+        state.library = Ingredient(state.targetctx.codegen(), state.func_id.func_qualname)  # type: ignore[no-untyped-call]
+        return super().define_pipelines()  # type: ignore[no-untyped-call]
+
+
 def driver(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function that makes arrays and hands them down."""
-    compiled: Callable[P, R] = kept(njit(**OPTIONS)(function))
-    return compiled
+    """Compile a function that Python calls; only such a one can make arrays."""
+    compiled: Any = kept(njit(**OPTIONS)(function))
+    by_numba = compiled.compile
 
+    def compile_or_load(signature: Any) -> Any:
+        for stock in STOCK:
+            stock.provide()
+        return by_numba(signature)
 
-def maker(function: Callable[P, R]) -> Callable[P, R]:
-    """Leave a function that makes a named tuple of arrays to Python, and compile it into those that call it."""
-    made: Callable[P, R] = numba.extending.register_jitable(**OPTIONS)(function)
-    return made
+    compiled.compile = compile_or_load
+    result: Callable[P, R] = compiled
+    return result
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function that only works on arrays that it is given."""
-    compiled: Callable[P, R] = kept(njit(_nrt=False, **OPTIONS)(function))
+    """Compile a function that only works on arrays that it is given, and that only compiled functions call."""
+    compiled: Callable[P, R] = njit(pipeline_class=InnerPipeline, **INNER, **OPTIONS)(function)
     return compiled
 
 
 def formula(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a function that only works on what it is given into its callers, where it costs no call."""
-    compiled: Callable[P, R] = njit(
-        forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, _nrt=False, **OPTIONS
-    )(function)
+    """Compile such a function into its callers, where it costs no call."""
+    compiled: Callable[P, R] = njit(pipeline_class=InnerPipeline, **INNER, **OPTIONS | {"forceinline": True})(function)
     return compiled
 
 
-def part(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a part of one other function, split off for the reader's sake, as if it stood there."""
-    compiled: Callable[P, R] = njit(inline="always", _nrt=False, **OPTIONS)(function)
-    return compiled
+class Shared:
+    """A function that is compiled once, and whose machine code all its callers share.
+
+    Numba would copy it, and all that it calls, into each of them. These callers know it by a name instead, which stands
+    for its address in this process only, so that their machine code may be kept on disk. It is compiled, or loaded, and
+    its name made known, before a caller is. LLVM makes vector instructions of what it does four times in a row.
+    """
+
+    def __init__(self, function: Callable[..., Any], result: Any, arguments: tuple[Any, ...]) -> None:
+        self.compiled = kept(njit(**INNER, **OPTIONS)(function))
+        self.name = f"legspring.{function.__name__}.{FINGERPRINT}"
+        self.result, self.arguments = result, arguments
+        self.provided = False
+
+    def provide(self) -> None:
+        """Make the function's name known to the linker."""
+        if not self.provided:
+            usual, settings.SLP_VECTORIZE = settings.SLP_VECTORIZE, 1
+            try:
+                self.compiled.compile(self.arguments)
+            finally:
+                settings.SLP_VECTORIZE = usual
+            made = self.compiled.overloads[self.arguments]
+            linker.add_symbol(self.name, made.library.get_pointer_to_function(made.fndesc.llvm_func_name))
+            self.provided = True
+
+    def call(self, context: Any, builder: Any, _: Any, values: Any) -> Any:
+        """Write a call of it."""
+        convention = context.call_conv
+        kind = convention.get_function_type(self.result, self.arguments)
+        function = tools.get_or_insert_function(builder.module, kind, self.name)
+        status, result = convention.call_function(builder, function, self.result, self.arguments, values)
+        with tools.if_unlikely(builder, status.is_error):
+            convention.return_status_propagate(builder, status)
+        return result
+
+
+STOCK: list[Shared] = []
+"""All shared functions."""
+
+
+def shared(result: Any, *arguments: Any) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Compile a function like `jit`, but once, for arguments and a result of these types: see `Shared`."""
+
+    def share(function: Callable[P, R]) -> Callable[P, R]:
+        stock = Shared(function, result, arguments)
+        STOCK.append(stock)
+
+        def write_call(_: Any, *__: Any) -> Any:
+            stock.provide()
+            return stock.result(*stock.arguments), stock.call
+
+        written: Any = write_call
+        context = inspect.Parameter("context", inspect.Parameter.POSITIONAL_ONLY)
+        parameters = inspect.signature(function).parameters.values()
+        written.__signature__ = inspect.Signature([context, *parameters])
+        call: Callable[P, R] = intrinsic(write_call)
+        return call
+
+    return share

@@ -2,11 +2,14 @@
 
 import math
 
-from legspring.kernel.jit import formula, jit
-from legspring.kernel.length import law
+import numba
+
+from legspring.kernel.jit import formula, jit, shared
+from legspring.kernel.length import law, phase_at
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, put_down, raise_leg
 from legspring.kernel.walker import (
+    ACTUATION,
     ALL_PLAIN,
     ANGLE,
     ARM_X,
@@ -14,11 +17,15 @@ from legspring.kernel.walker import (
     BEGUN,
     CLOCK,
     EVENT_DRIVEN,
+    FASTEST,
     FOOT_Y,
     FORCE,
+    FORMULA,
+    GRAVITY,
     GROUND,
     HIP_X,
     HIP_Y,
+    JET,
     LENGTH,
     LEVEL,
     LEVER,
@@ -28,12 +35,16 @@ from legspring.kernel.walker import (
     OFFSET,
     PLAIN,
     SIDE,
+    SIDE_VIEW,
     SIGN,
+    SLOWEST,
     STAY,
+    STIFFNESS,
     TIME,
     TRIGGER,
     VX,
     VY,
+    WALKER,
     WATCHED,
     YAW,
     YAW_RATE,
@@ -92,7 +103,7 @@ def place(i: int, w: Walker, start: Floats) -> None:
 def hold_ready(i: int, w: Walker) -> None:
     """Note where leg i puts its foot down, seen from the body."""
     begun, angle = w.stance[i, BEGUN, 0], w.legs[i, ANGLE, 0]
-    length = law(begun, w.stance, i, (math.sin(math.pi * begun), math.cos(math.pi * begun)))[0]
+    length = law(begun, w.stance, i, phase_at(begun))[0]
     w.contacts[i, ARM_X] = w.legs[i, HIP_X, 0] - length * math.sin(angle)
     w.contacts[i, ARM_Y] = w.legs[i, HIP_Y, 0] + length * math.cos(angle)
 
@@ -115,7 +126,40 @@ def prepare_events(w: Walker) -> None:
             aim(i, w)
 
 
-@jit
+@formula
+def has_clock(w: Walker) -> bool:
+    """Whether anything that a leg does is a matter of the clock."""
+    for i in range(w.legs.shape[0]):
+        if w.legs[i, TRIGGER, 0] == CLOCK or w.legs[i, STAY, 0] != 0.0:
+            return True
+        if w.legs[i, ACTUATION, 0] != 0.0 or w.legs[i, FORMULA, 0] != 0.0:
+            return True
+    return False
+
+
+@formula
+def set_natural_times(w: Walker, speed: float) -> None:
+    """Set the shortest and longest of the motion's own times: a step duration, if anything goes by the clock.
+
+    Else the unit of time is arbitrary, and these are that in which the body moves by the length of a leg, that in which
+    it falls as far, and that in which it would swing on one leg (its period, where it counts as long).
+    """
+    shortest, longest = math.inf, 0.0
+    for i in range(w.legs.shape[0]):
+        length, stiffness, fall = w.legs[i, LENGTH, 0], w.legs[i, STIFFNESS, 0], abs(w.body[GRAVITY, 0])
+        if speed > 0.0:
+            shortest, longest = min(shortest, length / speed), max(longest, length / speed)
+        if fall > 0.0:
+            shortest, longest = min(shortest, math.sqrt(length / fall)), max(longest, math.sqrt(length / fall))
+        if stiffness > 0.0:
+            swing = 1.0 / math.sqrt(stiffness)
+            shortest, longest = min(shortest, swing), max(longest, 2.0 * math.pi * swing)
+    if has_clock(w) or not 0.0 < shortest <= longest < math.inf:
+        shortest = longest = 1.0
+    w.clock[FASTEST], w.clock[SLOWEST] = shortest, longest
+
+
+@shared(numba.void, WALKER, JET)
 def launch(w: Walker, start: Floats) -> None:
     """Set a walker to the start of a step.
 
@@ -130,17 +174,21 @@ def launch(w: Walker, start: Floats) -> None:
     """
     set_motion(w, start)
     w.clock[TIME] = 0.0
-    w.clock[NEXT_STEP] = FIRST_STEP
     # With three leg lengths a body that yaws comes out as accurate as one that does not.
     w.clock[LEVER] = 0.0
     for i in range(w.legs.shape[0]):
         w.clock[LEVER] = max(w.clock[LEVER], 3.0 * w.legs[i, LENGTH, 0])
     w.clock[EVENT_DRIVEN] = w.clock[ALL_PLAIN] = 1.0
+    w.clock[SIDE_VIEW] = 0.0
+    set_natural_times(w, start[SPEED, 0])
+    w.clock[NEXT_STEP] = FIRST_STEP * w.clock[FASTEST]
     events = False
     for i in range(w.contacts.shape[0]):
         place(i, w, start)
         if w.stance[i, MANNER, 0] != PLAIN:
             w.clock[ALL_PLAIN] = 0.0
+        if w.legs[i, TRIGGER, 0] == GROUND:
+            w.clock[SIDE_VIEW] = 1.0
         if w.legs[i, TRIGGER, 0] == CLOCK:
             w.clock[EVENT_DRIVEN] = 0.0
         else:

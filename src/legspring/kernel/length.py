@@ -26,6 +26,8 @@ from legspring.kernel.walker import (
 from legspring.kernel.written import call
 
 Law = tuple[float, float, float, float, float, float, float]
+Pair = tuple[float, float]
+Series = tuple[float, ...]
 
 
 @jit
@@ -63,6 +65,30 @@ def delay_law(stance: Floats, i: int, delay: Floats) -> None:
             stance[i, LAW + 2, d] -= math.pi * delay[d] * stance[i, LAW + 1, 0]
 
 
+SINE = tuple((-1.0) ** n * math.pi ** (2 * n + 1) / math.factorial(2 * n + 1) for n in range(12))
+COSINE = tuple((-1.0) ** n * math.pi ** (2 * n) / math.factorial(2 * n) for n in range(12))
+"""Coefficients of the series of sin(pi r) / r and cos(pi r) in r^2, to the last digit up to r = 1/2."""
+TO_WHOLE = 1.5 * 2.0**52
+"""A number so large that it has no digits after the point: adding it rounds."""
+
+
+@formula
+def series(x: float, c: Series) -> float:
+    """Value of a polynomial with twelve coefficients."""
+    high = c[6] + x * (c[7] + x * (c[8] + x * (c[9] + x * (c[10] + x * c[11]))))
+    return c[0] + x * (c[1] + x * (c[2] + x * (c[3] + x * (c[4] + x * (c[5] + x * high)))))
+
+
+@formula
+def phase_at(s: float) -> Pair:
+    """Sine and cosine of pi s, without branches and calls: in a loop they become vector instructions."""
+    whole = (s + TO_WHOLE) - TO_WHOLE
+    half = 0.5 * whole
+    odd = half - ((half + TO_WHOLE) - TO_WHOLE)
+    sign, r = 1.0 - 4.0 * abs(odd), s - whole
+    return sign * r * series(r * r, SINE), sign * series(r * r, COSINE)
+
+
 @formula
 def length(a: float, b: float, c: float, sine: float, cosine: float) -> float:
     """Force-free length, from the sine and cosine of pi s.
@@ -78,14 +104,8 @@ def length_rates(b: float, c: float, sine: float, cosine: float) -> tuple[float,
     return math.pi * (c * sine - b * cosine), math.pi**2 * (b * sine + c * cosine)
 
 
-@formula
-def length_partials(sine: float, cosine: float) -> tuple[float, float, float]:
-    """Partial derivatives of the force-free length by the three coefficients."""
-    return 1.0, -sine, -cosine
-
-
 @jit
-def law(s: float, stance: Floats, i: int, phase: tuple[float, float]) -> Law:
+def law(s: float, stance: Floats, i: int, phase: Pair) -> Law:
     """Everything about the law of leg i at time s, whatever law it is.
 
     Returns
@@ -98,8 +118,7 @@ def law(s: float, stance: Floats, i: int, phase: tuple[float, float]) -> Law:
         sine, cosine = phase
         a, b, c = stance[i, LAW, 0], stance[i, LAW + 1, 0], stance[i, LAW + 2, 0]
         rate, second = length_rates(b, c, sine, cosine)
-        by_a, by_b, by_c = length_partials(sine, cosine)
-        return length(a, b, c, sine, cosine), rate, second, by_a, by_b, by_c, 0.0
+        return length(a, b, c, sine, cosine), rate, second, 1.0, -sine, -cosine, 0.0
     n = call(
         stance[i, MANNER, 0],
         s - stance[i, BEGUN, 0],

@@ -1,11 +1,12 @@
 """A quick look at candidates for gaits: their conditions, how stances begin and end, their Jacobian, their work."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.jit import driver, part
+from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import HEADING, SPEED, launch
 from legspring.kernel.measure import leg_work
 from legspring.kernel.newton import conditions
@@ -19,6 +20,7 @@ from legspring.kernel.walker import (
     OK,
     PHASE,
     SIDE,
+    TAPE_FULL,
     VX,
     VY,
     Floats,
@@ -35,17 +37,18 @@ ENDS, STRIDE, STEP, WORK = 0, 1, 2, 3
 """What to look for besides the ends of stances: the Jacobian of a stride's map or a step's, or the work of a step."""
 
 
-@part
+@formula
 def liftoffs(tape: Tape, legs: Ints, out: Floats) -> None:
     """Write time of lift-off, and rate of ``|r| - l`` there, of legs put down at time 0: ``(P, 2)``, nan if none."""
-    out[:] = np.nan
+    for row in range(legs.size):
+        out[row, 0] = out[row, 1] = math.nan
     for n in range(tape.counts[1] - 1, -1, -1):
         for row in range(legs.size):
             if tape.events[n, 1] == legs[row] and tape.events[n, 2] == LIFTOFF and 0.0 < tape.events[n, 0] < 2.0:
                 out[row, 0], out[row, 1] = tape.events[n, 0], tape.events[n, 4]
 
 
-@part
+@formula
 def map_jacobian(y: Floats, unit: float, mirror: float, out: Floats) -> None:
     """Write the Jacobian of the map of speed, heading and, if there is room, the displacement; lengths in units."""
     vx, vy = y[VX, 0], y[VY, 0]
@@ -59,7 +62,7 @@ def map_jacobian(y: Floats, unit: float, mirror: float, out: Floats) -> None:
             out[2, d], out[3, d] = mirror * y[X, d + 1] * scale / unit, y[Y, d + 1] * scale / unit
 
 
-@part
+@formula
 def place(w: Walker, start: Floats, pair: Ints, lengths: Floats, stride: float, point: Floats) -> None:
     """Put a candidate's actuation, speed and phases into a walker, and launch it."""
     pairs = lengths.size
@@ -70,7 +73,7 @@ def place(w: Walker, start: Floats, pair: Ints, lengths: Floats, stride: float, 
     launch(w, start)
 
 
-@part
+@formula
 def write_angles(
     w: Walker,
     first: Ints,
@@ -98,7 +101,7 @@ def write_angles(
         out[n, 1] = -side * math.degrees(math.atan(up + ends[n, 1] * rate) - math.atan(up))
 
 
-@part
+@formula
 def fulfils(w: Walker, down: Floats, first: Ints, pair: Ints, ends: Floats) -> bool:
     """Whether legs lift off as their function wants, and those down at the start are those that lift off late."""
     for n in range(first.size):
@@ -110,7 +113,6 @@ def fulfils(w: Walker, down: Floats, first: Ints, pair: Ints, ends: Floats) -> b
     return True
 
 
-@driver
 def conditions_at(
     body: Floats,
     legs: Floats,
@@ -139,14 +141,30 @@ def conditions_at(
     residuals, jacobians = np.full((size, 4), np.nan), np.full((size, 4, start.shape[1] - 1), np.nan)
     w = new_walker(body, legs, side, offset, np.zeros((0, 3)), 4)
     tape = new_tape(0, 0, 0, w)
-    for row in range(size):
-        place(w, start, pair, lengths, stride, points[row])
-        if advance(w, 1.0, scale, tape) == OK:
-            conditions(w.y, start, stride, residuals[row], jacobians[row])
+    look_after_a_step(w, tape, pair, lengths, start.copy(), stride, scale, points, residuals, jacobians)
     return residuals, jacobians
 
 
 @driver
+def look_after_a_step(
+    w: Walker,
+    tape: Tape,
+    pair: Ints,
+    lengths: Floats,
+    start: Floats,
+    stride: float,
+    scale: float,
+    points: Floats,
+    residuals: Floats,
+    jacobians: Floats,
+) -> None:
+    """Do the same with a walker, a tape and room for the results."""
+    for row in range(points.shape[0]):
+        place(w, start, pair, lengths, stride, points[row])
+        if advance(w, 1.0, scale, tape) == OK:
+            conditions(w.y, start, stride, residuals[row], jacobians[row])
+
+
 def look(
     body: Floats,
     legs: Floats,
@@ -188,26 +206,68 @@ def look(
         positive and negative work of the legs in a step, per mass. Nan or False where a stride cannot be simulated.
     """
     size, pairs, n = points.shape[0], lengths.size, start.shape[1] - 1
-    angles, jacobians = np.full((size, pairs, 2), np.nan), np.full((size, n, n), np.nan)
-    work, is_gait = np.full(size, np.nan), np.zeros(size, np.bool_)
-    ends, down = np.full((pairs, 2), np.nan), np.zeros(pair.size)
+    out = Sight(
+        np.full((size, pairs, 2), np.nan),
+        np.zeros(size, np.bool_),
+        np.full((size, n, n), np.nan),
+        np.full(size, np.nan),
+        np.full((pairs, 2), np.nan),
+        np.zeros(pair.size),
+    )
     w = new_walker(body, legs, side, offset, np.zeros((0, 3)), 4)
-    tape = new_tape(180 if what == WORK else 0, 60, 0, w)
-    for row in range(size):
-        tape.counts[:] = 0
+    room, full = 60, True
+    while full:
+        tape = new_tape(3 * room if what == WORK else 0, room, 0, w)
+        full = look_along_a_stride(w, tape, pair, first, lengths, start.copy(), stride, rate, scale, points, what, out)
+        room *= 2
+    return out.angles, out.is_gait, out.jacobians, out.work
+
+
+class Sight(NamedTuple):
+    """What `look` returns, and ends of stances and legs down at the start of one candidate."""
+
+    angles: Floats
+    is_gait: NDArray[np.bool_]
+    jacobians: Floats
+    work: Floats
+    ends: Floats
+    down: Floats
+
+
+@driver
+def look_along_a_stride(
+    w: Walker,
+    tape: Tape,
+    pair: Ints,
+    first: Ints,
+    lengths: Floats,
+    start: Floats,
+    stride: float,
+    rate: float,
+    scale: float,
+    points: Floats,
+    what: int,
+    out: Sight,
+) -> bool:
+    """Do what `look` does with a walker, a tape and room for the results; return whether the tape was too short."""
+    for row in range(points.shape[0]):
+        tape.counts[0] = tape.counts[1] = 0
         place(w, start, pair, lengths, stride, points[row])
-        copy(w.contacts[:, DOWN], down)
-        if advance(w, 1.0, scale, tape) != OK:
-            continue
-        if what == STEP:
-            map_jacobian(w.y, stride, -1.0, jacobians[row])
-        if advance(w, 2.0, scale, tape) != OK:
+        copy(w.contacts[:, DOWN], out.down)
+        status = advance(w, 1.0, scale, tape)
+        if status == OK and what == STEP:
+            map_jacobian(w.y, stride, -1.0, out.jacobians[row])
+        if status == OK:
+            status = advance(w, 2.0, scale, tape)
+        if status == TAPE_FULL:
+            return True
+        if status != OK:
             continue
         if what == STRIDE:
-            map_jacobian(w.y, stride, 1.0, jacobians[row])
+            map_jacobian(w.y, stride, 1.0, out.jacobians[row])
         if what == WORK:
-            work[row] = np.sum(np.abs(leg_work(tape, 0.0, 1.0)))
-        liftoffs(tape, first, ends)
-        write_angles(w, first, lengths, start[HEADING, 0], stride, rate, points[row], ends, angles[row])
-        is_gait[row] = fulfils(w, down, first, pair, ends)
-    return angles, is_gait, jacobians, work
+            out.work[row] = np.sum(np.abs(leg_work(tape, 0.0, 1.0)))
+        liftoffs(tape, first, out.ends)
+        write_angles(w, first, lengths, start[HEADING, 0], stride, rate, points[row], out.ends, out.angles[row])
+        out.is_gait[row] = fulfils(w, out.down, first, pair, out.ends)
+    return False

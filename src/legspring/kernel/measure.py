@@ -6,7 +6,7 @@ import numpy as np
 
 from legspring.kernel.dop853 import interpolate
 from legspring.kernel.jit import driver, formula, jit
-from legspring.kernel.length import law
+from legspring.kernel.length import law, phase_at
 from legspring.kernel.motion import leg_force, turn
 from legspring.kernel.walker import Floats, Ints, Tape
 
@@ -29,7 +29,7 @@ def leg_rates(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, f
     """Force (per mass, > 0 pulling) and rate of length of leg i at the fraction x of step n."""
     interpolate(tape.y[n], tape.dense[n], x, y)
     s = tape.time[n] + x * tape.size[n]
-    phase = math.sin(math.pi * s), math.cos(math.pi * s)
+    phase = phase_at(s)
     lean = turn(y)
     rx, ry, hx, hy, r, force = leg_force(s, y, tape.stance[n], i, lean, phase)
     vx, vy = -y[2, 0], -y[3, 0]
@@ -43,7 +43,15 @@ def stretch_rates(tape: Tape, n: int, x: float, i: int) -> tuple[float, float]:
     """Rates of the length and of the force-free length of leg i at the fraction x of step n."""
     _, rate = leg_rates(tape, n, x, i, np.zeros(tape.y.shape[1:]))
     s = tape.time[n] + x * tape.size[n]
-    return rate, law(s, tape.stance[n], i, (math.sin(math.pi * s), math.cos(math.pi * s)))[1]
+    return rate, law(s, tape.stance[n], i, phase_at(s))[1]
+
+
+@driver
+def state_series(tape: Tape, index: Ints, times: Floats, out: Floats) -> None:
+    """Write the states, with their derivatives, at some times into ``out``; each is in the step of this index."""
+    for row in range(times.size):
+        n = index[row]
+        interpolate(tape.y[n], tape.dense[n], (times[row] - tape.time[n]) / tape.size[n], out[row])
 
 
 @driver
@@ -69,7 +77,7 @@ def leg_series(tape: Tape, index: Ints, times: Floats, y: Floats) -> Floats:
     for row in range(times.size):
         state[:, 0] = y[row]
         s, stance = times[row], tape.stance[index[row]]
-        lean, phase = turn(state), (math.sin(math.pi * s), math.cos(math.pi * s))
+        lean, phase = turn(state), phase_at(s)
         for i in range(out.shape[1]):
             out[row, i, 0] = law(s, stance, i, phase)[0]
             out[row, i, 1] = leg_force(s, state, stance, i, lean, phase)[5]
@@ -140,7 +148,7 @@ def force_at(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, fl
     """Force (per mass) of leg i, or of all legs, on the body at the fraction x of step n: x, y, magnitude."""
     interpolate(tape.y[n], tape.dense[n], x, y)
     s = tape.time[n] + x * tape.size[n]
-    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    lean, phase = turn(y), phase_at(s)
     fx = fy = 0.0
     for leg in range(tape.down.shape[1]):
         if tape.down[n, leg] != 0.0 and i in (leg, ALL_LEGS):

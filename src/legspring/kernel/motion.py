@@ -3,8 +3,10 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from legspring.kernel.jit import formula, jit
-from legspring.kernel.length import Law, law, length, length_partials, length_rates
+from legspring.kernel.length import Law, Pair, law, length, length_rates, phase_at
 from legspring.kernel.walker import (
     ALL_PLAIN,
     ARM_X,
@@ -24,7 +26,6 @@ from legspring.kernel.walker import (
     PUSH_X,
     PUSH_Y,
     SPRING,
-    VARIED,
     VX,
     VY,
     WATCHED,
@@ -35,9 +36,11 @@ from legspring.kernel.walker import (
     Y,
 )
 
-Pair = tuple[float, float]
 Triple = tuple[float, float, float]
-Factors = tuple[float, float, float, float, float, float, float, float]
+Index = int | np.uint64
+
+ONE, TWO, THREE = np.uint64(1), np.uint64(2), np.uint64(3)
+"""Numbers without a sign. An index with one may count from the end, which rules out vector instructions."""
 
 
 @formula
@@ -55,9 +58,22 @@ def hip(x: float, y: float, lean: Pair) -> Pair:
 
 
 @formula
-def rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, out: Floats) -> None:
-    """Write the time derivative of the state ``y`` at time s into ``out``, but for the derivatives' columns."""
-    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+def rates(
+    s: float,
+    phase: Pair,
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    body: Floats,
+    clock: Floats,
+    struts: Floats,
+    out: Floats,
+) -> None:
+    """Write the time derivative of the state ``y`` at time s into ``out``, but for the derivatives' columns.
+
+    ``phase`` is that of the time; what `tangent_rates` needs of the legs goes into ``struts``.
+    """
+    lean = turn(y)
     ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
     ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
     moment = 0.0
@@ -69,6 +85,9 @@ def rates(s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, c
                 ax += pull * rx
                 ay += pull * ry
                 moment += pull * (hx * ry - hy * rx)
+                if y.shape[1] > 1:
+                    leg = struts[i]
+                    leg[0], leg[1], leg[2], leg[3], leg[4], leg[5] = rx, ry, hx, hy, r, gap
     else:
         fx, fy, moment = any_forces(s, y, stance, contacts, lean, phase)
         ax += fx
@@ -153,96 +172,120 @@ def any_forces(s: float, y: Floats, stance: Floats, contacts: Floats, lean: Pair
 
 @jit
 def tangent_rates(
-    s: float, y: Floats, stance: Floats, contacts: Floats, body: Floats, clock: Floats, out: Floats
+    s: float,
+    phase: Pair,
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    body: Floats,
+    clock: Floats,
+    struts: Floats,
+    out: Floats,
 ) -> None:
-    """Write the time derivatives of the derivatives in ``y`` into ``out`` (variational equations)."""
+    """Write the time derivatives of the derivatives in ``y`` into ``out`` (variational equations), after `rates`."""
     rows, width = y.shape
-    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    lean = turn(y)
+    moment = 0.0
+    if clock[ALL_PLAIN] != 0.0:
+        if rows == 6:
+            plain_tangents(y, stance, contacts, struts, lean, phase, out, True)
+        else:
+            plain_tangents(y, stance, contacts, struts, lean, phase, out, False)
+        if rows == 6:
+            for i in range(contacts.shape[0]):
+                if contacts[i, DOWN] != 0.0:
+                    leg = struts[i]
+                    pull = stance[i, SPRING, 0] * leg[5] / leg[4]
+                    moment += pull * (leg[2] * leg[1] - leg[3] * leg[0])
+    else:
+        for d in range(1, width):
+            out[VX, d] = out[VY, d] = 0.0
+            if rows == 6:
+                out[YAW_RATE, d] = 0.0
+        moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
     for d in range(1, width):
         out[X, d] = y[VX, d]
         out[Y, d] = y[VY, d]
-        out[VX, d] = 0.0
-        out[VY, d] = -body[GRAVITY, d]
+        out[VY, d] -= body[GRAVITY, d]
     if rows == 6:
         for d in range(1, width):
             out[YAW, d] = y[YAW_RATE, d]
-            out[YAW_RATE, d] = 0.0
-    moment = 0.0
-    if clock[ALL_PLAIN] != 0.0:
-        for i in range(contacts.shape[0]):
-            if contacts[i, DOWN] != 0.0:
-                moment += add_tangents(y, stance, i, out, lean, phase, contacts[i, VARIED] != 0.0)
-    else:
-        moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
-    if rows == 6:
-        for d in range(1, width):
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
 
 
 @formula
-def add_tangents(y: Floats, stance: Floats, i: int, out: Floats, lean: Pair, phase: Pair, varied: bool) -> float:
-    """Add the derivatives of the force of leg i, and of its moment, in every direction; return the moment.
+def tangent(y: Floats, rows: Floats, leg: Floats, lean: Pair, phase: Pair, d: Index, yaws: bool) -> Triple:
+    """Differentiate the force (x, y, per mass) of a leg, and its moment, along one direction.
 
     With r = |r| u, gap = |r| - l and q = gap / |r|, the force is F = k gap u and
 
-        dF = k (q 1 + (1 - q) u u^T) dr - k u dl + gap u dk,    dr = dfoot - dcom - dhip
+        dF = k q dr + (k (1 - q) (u dr) - k dl + gap dk) u,    dr = dfoot - dcom - dhip
 
-    so that each row is a fixed linear combination of the rows of the stance and of the state. The hip moves with
-    its offset in the body, turned by the yaw, and with the yaw itself.
+    The hip moves with its offset in the body, turned by the yaw, and with the yaw itself. ``rows`` is the leg's stance.
     """
-    rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
-    ux, uy, q, stiffness = rx / r, ry / r, gap / r, stance[i, SPRING, 0]
-    along = stiffness * (1.0 - q)
-    kxx, kxy, kyy = stiffness * q + along * ux * ux, along * ux * uy, stiffness * q + along * uy * uy
-    partials = length_partials(phase[0], phase[1])
-    # Factors of the rows of the stance, in their order, and of the yaw.
-    row_x = force_row(kxx, kxy, ux, gap, stiffness, lean, partials)
-    row_y = force_row(kxy, kyy, uy, gap, stiffness, lean, partials)
-    yaw_x, yaw_y = hy * kxx - hx * kxy, hy * kxy - hx * kyy
-    add_row(y, stance, i, out[VX], row_x, yaw_x, varied)
-    add_row(y, stance, i, out[VY], row_y, yaw_y, varied)
-    if y.shape[0] == 6:
-        c, s = lean
-        fx, fy = stiffness * gap * ux, stiffness * gap * uy
-        row_moment = (
-            hx * row_y[0] - hy * row_x[0],
-            hx * row_y[1] - hy * row_x[1],
-            hx * row_y[2] - hy * row_x[2] + c * fy - s * fx,
-            hx * row_y[3] - hy * row_x[3] - s * fy - c * fx,
-            hx * row_y[4] - hy * row_x[4],
-            hx * row_y[5] - hy * row_x[5],
-            hx * row_y[6] - hy * row_x[6],
-            hx * row_y[7] - hy * row_x[7],
-        )
-        add_row(y, stance, i, out[YAW_RATE], row_moment, hx * yaw_y - hy * yaw_x - hx * fx - hy * fy, varied)
-    return stiffness * gap * (hx * uy - hy * ux)
+    k, inverse, gap, turning = rows[SPRING, 0], 1.0 / leg[4], leg[5], 0.0
+    ux, uy, q = leg[0] * inverse, leg[1] * inverse, gap * inverse
+    hip_x, hip_y = hip(rows[GRIP_X, d], rows[GRIP_Y, d], lean)
+    if yaws:
+        hip_x, hip_y = hip_x - y[YAW, d] * leg[3], hip_y + y[YAW, d] * leg[2]
+    rx, ry = rows[FOOT_X, d] - y[X, d] - hip_x, rows[FOOT_Y, d] - y[Y, d] - hip_y
+    tension = k * (1.0 - q) * (ux * rx + uy * ry) + gap * rows[SPRING, d]
+    tension -= k * length(rows[LAW, d], rows[LAW + 1, d], rows[LAW + 2, d], phase[0], phase[1])
+    fx, fy = k * q * rx + tension * ux, k * q * ry + tension * uy
+    if yaws:
+        turning = leg[2] * fy - leg[3] * fx + k * gap * (hip_x * uy - hip_y * ux)
+    return fx, fy, turning
 
 
 @formula
-def force_row(kx: float, ky: float, u: float, gap: float, spring: float, lean: Pair, law: Triple) -> Factors:
-    """Factors of one component of the force: foot, hip offset (x, y each), stiffness, the law's coefficients."""
-    c, s = lean
-    free = -spring * u
-    return kx, ky, -c * kx - s * ky, s * kx - c * ky, gap * u, free * law[0], free * law[1], free * law[2]
+def plain_tangents(
+    y: Floats, stance: Floats, contacts: Floats, struts: Floats, lean: Pair, phase: Pair, out: Floats, yaws: bool
+) -> None:
+    """Write the sums over all legs of `tangent`, for four directions at a time, which suits vector instructions."""
+    width = y.shape[1]
+    for d in range(1, width - 3, 4):
+        four_tangents(y, stance, contacts, struts, lean, phase, np.uint64(d), out, yaws)
+    for d in range(width - (width - 1) % 4, width):
+        ax = ay = am = 0.0
+        for i in range(contacts.shape[0]):
+            if contacts[i, DOWN] != 0.0:
+                x, y_, m = tangent(y, stance[i], struts[i], lean, phase, d, yaws)
+                ax, ay, am = ax + x, ay + y_, am + m
+        out[VX, d], out[VY, d] = ax, ay
+        if yaws:
+            out[YAW_RATE, d] = am
 
 
 @formula
-def add_row(y: Floats, stance: Floats, i: int, out: Floats, f: Factors, yaw: float, varied: bool) -> None:
-    """Add to one row of derivatives the given multiples of the stance's rows and of the state's.
-
-    In loops of few arrays each, which the compiler turns into vector instructions.
-    """
-    rows = stance[i]
-    for d in range(1, out.size):
-        out[d] += f[0] * (rows[0, d] - y[X, d]) + f[1] * (rows[1, d] - y[Y, d])
-    if varied:
-        for d in range(1, out.size):
-            out[d] += f[2] * rows[2, d] + f[3] * rows[3, d] + f[4] * rows[4, d]
-    for d in range(1, out.size):
-        out[d] += f[5] * rows[5, d] + f[6] * rows[6, d] + f[7] * rows[7, d]
-    if y.shape[0] == 6:
-        for d in range(1, out.size):
-            out[d] += yaw * y[YAW, d]
+def four_tangents(
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    struts: Floats,
+    lean: Pair,
+    phase: Pair,
+    d: Index,
+    out: Floats,
+    yaws: bool,
+) -> None:
+    """Do that for four directions, from d on."""
+    ax = ay = am = bx = by = bm = cx = cy = cm = dx = dy = dm = 0.0
+    for i in range(contacts.shape[0]):
+        if contacts[i, DOWN] != 0.0:
+            rows, leg = stance[i], struts[i]
+            x, y_, m = tangent(y, rows, leg, lean, phase, d, yaws)
+            ax, ay, am = ax + x, ay + y_, am + m
+            x, y_, m = tangent(y, rows, leg, lean, phase, d + ONE, yaws)
+            bx, by, bm = bx + x, by + y_, bm + m
+            x, y_, m = tangent(y, rows, leg, lean, phase, d + TWO, yaws)
+            cx, cy, cm = cx + x, cy + y_, cm + m
+            x, y_, m = tangent(y, rows, leg, lean, phase, d + THREE, yaws)
+            dx, dy, dm = dx + x, dy + y_, dm + m
+    out[VX, d], out[VX, d + ONE], out[VX, d + TWO], out[VX, d + THREE] = ax, bx, cx, dx
+    out[VY, d], out[VY, d + ONE], out[VY, d + TWO], out[VY, d + THREE] = ay, by, cy, dy
+    if yaws:
+        out[YAW_RATE, d], out[YAW_RATE, d + ONE] = am, bm
+        out[YAW_RATE, d + TWO], out[YAW_RATE, d + THREE] = cm, dm
 
 
 @formula
@@ -273,7 +316,7 @@ def change(
 @jit
 def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> None:
     """Write the derivatives of the force (per mass) of leg i at time s into ``out``."""
-    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    lean, phase = turn(y), phase_at(s)
     numbers = law(s, stance, i, phase)
     leg = strut(y, stance, i, lean, numbers[0])
     for d in range(1, out.size):
@@ -284,7 +327,7 @@ def force_changes(s: float, y: Floats, stance: Floats, i: int, out: Floats) -> N
 def add_any_tangents(
     s: float, y: Floats, stance: Floats, contacts: Floats, out: Floats, lean: Pair, phase: Pair
 ) -> float:
-    """Do what `add_tangents` does, for all legs in stance, whatever their laws and dampers."""
+    """Add what `tangent` gives for all legs in stance, whatever their laws and dampers; return their moment."""
     moment = 0.0
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] == 0.0:
@@ -358,7 +401,7 @@ def height_rates(y: Floats, f: Floats, contacts: Floats, i: int, lean: Pair) -> 
 @jit
 def measure_gaps(s: float, y: Floats, f: Floats, stance: Floats, contacts: Floats, clock: Floats, gaps: Floats) -> None:
     """Write the gap and its rates for every leg whose gap is watched into ``gaps``; ``f`` holds the rates of y."""
-    lean, phase = turn(y), (math.sin(math.pi * s), math.cos(math.pi * s))
+    lean, phase = turn(y), phase_at(s)
     if clock[ALL_PLAIN] != 0.0:
         for i in range(contacts.shape[0]):
             if contacts[i, WATCHED] == FORCE:

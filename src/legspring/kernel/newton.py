@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from legspring.kernel.jit import driver, formula, part
+from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import DX, DY, HEADING, N_START, SPEED, START_YAW, START_YAW_RATE, TURN, launch
 from legspring.kernel.stride import advance, copy
 from legspring.kernel.walker import (
@@ -79,7 +79,7 @@ def new_problem(
     return new_walker(body_jet, leg_jet, side, offset, np.zeros((0, 3)), rows), start
 
 
-@part
+@formula
 def set_unknowns(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats) -> None:
     """Put the unknowns into a problem."""
     start[SPEED, 0] = z[0] * stride
@@ -91,7 +91,7 @@ def set_unknowns(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats)
         start[START_YAW_RATE, 0] = z[z.size - 1]
 
 
-@part
+@formula
 def conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobian: Floats) -> None:
     """Write the conditions of a gait after one step, and their derivatives.
 
@@ -120,16 +120,20 @@ def conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobi
             jacobian[5, d - 1] = y[YAW_RATE, d] + start[START_YAW_RATE, d]
 
 
-@driver
 def gait_conditions(y: Floats, start: Floats, stride: float) -> tuple[Floats, Floats]:
     """Return the conditions of a gait after one step, and their derivatives in all directions (see `conditions`)."""
-    residual = np.zeros(y.shape[0])
-    jacobian = np.zeros((y.shape[0], y.shape[1] - 1))
-    conditions(y, start, stride, residual, jacobian)
+    residual, jacobian = np.zeros(y.shape[0]), np.zeros((y.shape[0], y.shape[1] - 1))
+    write_conditions(y, start, stride, residual, jacobian)
     return residual, jacobian
 
 
-@part
+@driver
+def write_conditions(y: Floats, start: Floats, stride: float, residual: Floats, jacobian: Floats) -> None:
+    """Do what `conditions` does for a caller in Python."""
+    conditions(y, start, stride, residual, jacobian)
+
+
+@formula
 def solve(a: Floats, b: Floats) -> bool:
     """Solve a x = b in place by Gauss's elimination with row exchange; False if a is singular."""
     n = b.size
@@ -164,7 +168,16 @@ def largest(r: Floats) -> float:
     return most
 
 
-@part
+@formula
+def sum_of_squares(r: Floats) -> float:
+    """Sum of the squares of an array."""
+    total = 0.0
+    for value in r:
+        total += value * value
+    return total
+
+
+@formula
 def damped_move(jacobian: Floats, residual: Floats, damping: float, square: Floats, move: Floats) -> tuple[bool, float]:
     """Solve (J^T J + damping 1) move = -J^T r, with more damping while the move is too long.
 
@@ -204,7 +217,7 @@ class Workspace(NamedTuple):
     best_jacobian: Floats
 
 
-@part
+@formula
 def evaluate(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats, scale: float, room: Workspace) -> float:
     """Write the conditions at z and their Jacobian; return the sum of squares, inf if the step cannot be taken."""
     set_unknowns(w, start, pair, stride, z)
@@ -212,13 +225,11 @@ def evaluate(w: Walker, start: Floats, pair: Ints, stride: float, z: Floats, sca
     if advance(w, 1.0, scale, room.tape) != OK:
         return math.inf
     conditions(w.y, start, stride, room.residual, room.jacobian)
-    total = 0.0
-    for r in room.residual:
-        total += r * r
+    total = sum_of_squares(room.residual)
     return total if total < math.inf else math.inf
 
 
-@part
+@formula
 def find_zero(
     w: Walker,
     start: Floats,
@@ -264,7 +275,6 @@ def find_zero(
     return OUT_OF_STEPS, iterations
 
 
-@driver
 def find_zeros(
     w: Walker,
     start: Floats,
@@ -310,13 +320,33 @@ def find_zeros(
         np.zeros(n),
         np.zeros((n, n)),
     )
-    endings, steps = np.zeros(rows, np.int64), 0
-    residuals, squares = np.zeros(rows), np.zeros(rows)
-    for row in range(rows):
+    endings, residuals, squares = np.zeros(rows, np.int64), np.zeros(rows), np.zeros(rows)
+    steps = search(w, start, pair, stride, actuation, z, scale, goal, iterations, room, endings, residuals, squares)
+    return endings, residuals, squares, steps
+
+
+@driver
+def search(
+    w: Walker,
+    start: Floats,
+    pair: Ints,
+    stride: float,
+    actuation: Floats,
+    z: Floats,
+    scale: float,
+    goal: float,
+    iterations: int,
+    room: Workspace,
+    endings: Ints,
+    residuals: Floats,
+    squares: Floats,
+) -> int:
+    """Do the same with room to work in and for the results; return the number of steps."""
+    steps = 0
+    for row in range(z.shape[0]):
         for i in range(pair.size):
             w.legs[i, ACTUATION, 0] = w.contacts[i, SIDE] * actuation[row, pair[i]]
         endings[row], taken = find_zero(w, start, pair, stride, z[row], scale, goal, iterations, room)
-        residuals[row] = largest(room.best_residual)
-        squares[row] = np.sum(room.best_residual**2)
         steps += taken
-    return endings, residuals, squares, steps
+        residuals[row], squares[row] = largest(room.best_residual), sum_of_squares(room.best_residual)
+    return steps

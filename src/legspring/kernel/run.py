@@ -1,38 +1,9 @@
 """A whole simulation in one call."""
 
-from legspring.kernel.jit import driver
+from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.stride import LONGEST_STEP, advance
-from legspring.kernel.walker import EVENT_DRIVEN, OK, TIME, Floats, Ints, Tape, Walker, new_tape, new_walker
-
-
-@driver
-def _run(
-    body: Floats,
-    legs: Floats,
-    side: Floats,
-    offset: Floats,
-    push: Floats,
-    start: Floats,
-    rows: int,
-    end: float,
-    scale: float,
-    steps: int,
-    events: int,
-) -> tuple[int, tuple[Floats, ...], tuple[Ints | Floats, ...]]:
-    """See `run`; walker and tape come back as plain tuples."""
-    w = new_walker(body, legs, side, offset, push, rows)
-    tape = new_tape(steps, events, 1 + int(end), w)
-    launch(w, start)
-    tape.touchdowns[0] = w.y[:, 0]
-    status, step = OK, 0
-    while status == OK and step < end:
-        step += 1
-        by_clock = w.clock[EVENT_DRIVEN] == 0.0
-        status = advance(w, min(float(step), end) if by_clock else w.clock[TIME] + LONGEST_STEP, scale, tape)
-        if status == OK and step <= end:
-            tape.touchdowns[step] = w.y[:, 0]
-    return status, w[:], tape[:]
+from legspring.kernel.walker import EVENT_DRIVEN, OK, SLOWEST, TIME, Floats, Tape, Walker, new_tape, new_walker
 
 
 def run(
@@ -70,5 +41,29 @@ def run(
     status, walker, tape
         How it went, the end and what happened.
     """
-    status, walker, tape = _run(body, legs, side, offset, push, start, rows, end, scale, steps, events)
-    return status, Walker(*walker), Tape(*tape)  # type: ignore[arg-type]  # arrays as `_run` has them
+    w = new_walker(body, legs, side, offset, push, rows)
+    tape = new_tape(steps, events, 1 + int(end), w)
+    return simulate(w, tape, start.copy(), end, scale), w, tape
+
+
+@driver
+def simulate(w: Walker, tape: Tape, start: Floats, end: float, scale: float) -> int:
+    """Do the same with a walker and a tape; return how it went."""
+    launch(w, start)
+    note_touchdown(w, tape, 0)
+    status, step = OK, 0
+    while status == OK and step < end:
+        step += 1
+        by_clock = w.clock[EVENT_DRIVEN] == 0.0
+        latest = w.clock[TIME] + LONGEST_STEP * w.clock[SLOWEST]
+        status = advance(w, min(float(step), end) if by_clock else latest, scale, tape)
+        if status == OK and step <= end:
+            note_touchdown(w, tape, step)
+    return status
+
+
+@formula
+def note_touchdown(w: Walker, tape: Tape, step: int) -> None:
+    """Write the state, without derivatives, at the start of a step."""
+    for row in range(w.y.shape[0]):
+        tape.touchdowns[step, row] = w.y[row, 0]

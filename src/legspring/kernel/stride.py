@@ -8,24 +8,29 @@ of that, and it is left out.
 
 import math
 
+import numba
 import numpy as np
 
-from legspring.kernel.dop853 import interpolant, step, step_tangents
+from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
-from legspring.kernel.jit import formula, jit, part
-from legspring.kernel.length import delay_law, law, set_law
-from legspring.kernel.motion import force_changes, hip, measure_gaps, rates, tangent_rates, turn
+from legspring.kernel.jit import formula, jit, shared
+from legspring.kernel.length import delay_law, law, phase_at, set_law
+from legspring.kernel.motion import force_changes, hip, measure_gaps, tangent_rates, turn
 from legspring.kernel.walker import (
     ANGLE,
+    ARM_X,
+    ARM_Y,
     BEGUN,
     CLOCK,
     DOWN,
-    EVALUATIONS,
     EVENT_DRIVEN,
     EVENT_LOST,
+    FALLEN,
+    FASTEST,
     FOOT_X,
     FOOT_Y,
     FORCE,
+    GRAVITY,
     GRIP_X,
     GRIP_Y,
     GROUND,
@@ -33,6 +38,7 @@ from legspring.kernel.walker import (
     HIP_X,
     HIP_Y,
     LAW,
+    LEVEL,
     LEVER,
     LIFTOFF,
     NEXT_STEP,
@@ -42,17 +48,22 @@ from legspring.kernel.walker import (
     OK,
     PUSH_X,
     PUSH_Y,
+    SIDE_VIEW,
     SIGN,
     SINCE,
+    SLOWEST,
     SPRING,
     STAY,
     STEP_TOO_SMALL,
     STIFFNESS,
+    TAPE,
+    TAPE_FULL,
     TIME,
     TOO_MANY_STEPS,
     TOUCHDOWN,
     TRIGGER,
-    VARIED,
+    VY,
+    WALKER,
     WATCHED,
     YAW,
     Floats,
@@ -64,11 +75,12 @@ from legspring.kernel.walker import (
 
 FIRST_STEP = 0.3
 SMALLEST_STEP = 1e-13
+"""Steps of the integrator, in the shortest of the motion's own times."""
 MOST_STEPS = 1000
-"""Steps between two touch-downs after which an integration gives up."""
+"""Steps in the longest of the motion's own times after which an integration gives up."""
 MOST_TRIES = 40
 LONGEST_STEP = 50.0
-"""Step durations after which an event-driven animal is given up if no leg touches down."""
+"""Times, the longest of the motion's own, after which an animal with a leg down is given up if none touches down."""
 NEARLY = 1e-9
 """A gap this much smaller than the legs is zero, when it comes to where it is going."""
 
@@ -91,15 +103,12 @@ def clear(a: Floats) -> None:
 def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts: Floats) -> None:
     """Put leg i down at time s under a body in state y, such that its force is zero."""
     yaws = y.shape[0] == 6
-    contacts[i, VARIED] = 0.0
     for d in range(legs.shape[2]):
         stance[i, GRIP_X, d] = legs[i, HIP_X, d]
         stance[i, GRIP_Y, d] = legs[i, HIP_Y, d]
         stance[i, SPRING, d] = legs[i, STIFFNESS, d]
-        if d > 0 and (legs[i, HIP_X, d] != 0.0 or legs[i, HIP_Y, d] != 0.0 or legs[i, STIFFNESS, d] != 0.0):
-            contacts[i, VARIED] = 1.0
     set_law(legs, i, s, stance)
-    sine, cosine = math.sin(math.pi * s), math.cos(math.pi * s)
+    sine, cosine = phase_at(s)
     lean = turn(y)
     hx, hy = hip(legs[i, HIP_X, 0], legs[i, HIP_Y, 0], lean)
     numbers = law(s, stance, i, (sine, cosine))
@@ -125,21 +134,19 @@ def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts
 
 @formula
 def record_event(tape: Tape, s: float, leg: int, kind: int, rate: float) -> None:
-    """Note a touch-down or lift-off, if there is a tape and room on it."""
+    """Note a touch-down or lift-off, if there is a tape; where it has no room left, only count it."""
     n = tape.counts[1]
     if n < tape.events.shape[0]:
         row = tape.events[n]
         row[0], row[1], row[2], row[3], row[4] = s, leg, kind, tape.counts[0], rate
+    if tape.events.shape[0] > 0:
         tape.counts[1] += 1
 
 
 @jit
 def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
-    rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
-    w.clock[EVALUATIONS] += 1
-    if w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
+    all_rates(s, w.y, w, 0)
     measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
 
 
@@ -189,7 +196,7 @@ def land(s: float, i: int, w: Walker, tape: Tape) -> bool:
     put_down(s, w.y, w.legs, i, w.stance, w.contacts)
     delay_law(w.stance, i, w.delay)
     record_event(tape, s, i, TOUCHDOWN, 0.0)
-    w.clock[NEXT_STEP] = min(w.clock[NEXT_STEP], FIRST_STEP)
+    w.clock[NEXT_STEP] = min(w.clock[NEXT_STEP], FIRST_STEP * w.clock[FASTEST])
     return w.clock[EVENT_DRIVEN] != 0.0 and w.contacts[i, OFFSET] in (0.0, 1.0)
 
 
@@ -218,7 +225,7 @@ def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
     return ends
 
 
-@part
+@formula
 def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
     """Lift and put down the legs whose time has come; return whether a step ends with that.
 
@@ -245,7 +252,7 @@ def is_quiet(i: int, w: Walker) -> bool:
     return quiet
 
 
-@part
+@formula
 def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, bool]:
     """Let happen what is due: to the leg that is leaving (-1: none), and to those whose gap is at zero with it.
 
@@ -262,7 +269,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
         if w.contacts[i, WATCHED] == NOTHING or w.contacts[i, SIGN] == 0.0:
             continue
         sign, rate = w.contacts[i, SIGN], w.gaps[0, i, 1]
-        if i != leaving and (sign * w.gaps[0, i, 0] > 1e-13 * abs(rate) or sign * rate >= 0.0):
+        if i != leaving and (sign * w.gaps[0, i, 0] > 1e-13 * w.clock[FASTEST] * abs(rate) or sign * rate >= 0.0):
             continue
         if is_quiet(i, w):
             raise_leg(w.legs, i, w.contacts)
@@ -275,11 +282,11 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, w.y, w.stance, w.contacts, w.body, w.clock, w.k[0])
+        tangent_rates(s, phase_at(s), w.y, w.stance, w.contacts, w.body, w.clock, w.struts[0], w.k[0])
     return happened, ends
 
 
-@part
+@formula
 def horizon(s: float, end: float, w: Walker) -> float:
     """Time up to which nothing changes by the clock."""
     for i in range(w.contacts.shape[0]):
@@ -293,7 +300,7 @@ def horizon(s: float, end: float, w: Walker) -> float:
     return end
 
 
-@part
+@formula
 def set_push(s: float, push: Floats, clock: Floats) -> None:
     """Set the coefficients of the outside acceleration that holds from s on."""
     for j in range(PUSH_X, PUSH_Y + 2):
@@ -311,10 +318,7 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
     slide(w.ahead, shift, w.k[12], w.k[12], w.y)
-    rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
-    w.clock[EVALUATIONS] += 1
-    if w.y.shape[1] > 1:
-        tangent_rates(s + shift, w.y, w.stance, w.contacts, w.body, w.clock, w.k[13])
+    all_rates(s + shift, w.y, w, 13)
     slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 
@@ -326,7 +330,7 @@ def slide(y: Floats, shift: float, f: Floats, g: Floats, out: Floats) -> None:
             out[row, d] = y[row, d] + 0.5 * shift * (f[row, d] + g[row, d])
 
 
-@part
+@formula
 def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     """Note a step that is about to be accepted; False if the tape is full."""
     n = tape.counts[0]
@@ -343,7 +347,7 @@ def record_step(s: float, h: float, w: Walker, tape: Tape) -> bool:
     return True
 
 
-@part
+@formula
 def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tuple[int, float, float, int]:
     """Try steps until one is accurate and has no event before its end.
 
@@ -353,16 +357,16 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
         How it went, the step's size, the time by which to move its end onto an event, and whose (-1: nobody's).
     """
     for _ in range(MOST_TRIES):
-        error = step(s, h, w.y, w.stance, w.contacts, w.body, w.clock, w.k, w.ahead) / scale
+        error = step(s, h, w) / scale
         if not error <= 1.0:
             h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.1
             w.clock[NEXT_STEP] = h
-            if h < SMALLEST_STEP:
+            if h < SMALLEST_STEP * w.clock[FASTEST]:
                 return STEP_TOO_SMALL, h, 0.0, -1
             continue
         w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
         measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.clock, w.gaps[1])
-        kind, where, leg = next_event(s, h, w.contacts, w.gaps)
+        kind, where, leg = next_event(s, h, w.contacts, w.gaps, w.clock[FASTEST])
         if kind == NONE or (kind == HERE and s + h + where > bound):
             return OK, h, 0.0, -1
         if kind == HERE:
@@ -371,7 +375,7 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
     return EVENT_LOST, h, 0.0, -1
 
 
-@part
+@formula
 def accept(s: float, h: float, shift: float, w: Walker) -> float:
     """Make the end of the step tried last the present; return its time."""
     arm(s, h, w.contacts, w.gaps)
@@ -381,11 +385,12 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
     else:
         copy(w.ahead, w.y)
         copy(w.k[12], w.k[0])
+        copy(w.struts[12], w.struts[0])
         copy(w.gaps[1], w.gaps[0])
     return s + h + shift
 
 
-@part
+@formula
 def resume(w: Walker) -> None:
     """Take the derivatives back to a fixed time, if they are those at the end of a step that moves."""
     if w.clock[EVENT_DRIVEN] != 0.0 and w.clock[TIME] > 0.0:
@@ -394,7 +399,39 @@ def resume(w: Walker) -> None:
             w.lag[d] = 0.0
 
 
-@jit
+@formula
+def time_to_fall(w: Walker) -> float:
+    """Longest time after which a foot held ready has come to the ground if all legs are in the air; inf if never."""
+    g, lowest, waits = w.body[GRAVITY, 0], math.inf, False
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, DOWN] != 0.0:
+            return 0.0
+        if w.contacts[i, WATCHED] == HEIGHT:
+            waits = True
+            # A foot that turns with the body is at the ground before its hip's circle is below it.
+            lowest = min(lowest, w.contacts[i, LEVEL] - math.hypot(w.contacts[i, ARM_X], w.contacts[i, ARM_Y]))
+    if not waits:
+        return math.inf
+    if g <= 0.0 and w.y[VY, 0] >= 0.0:
+        # Only a body that turns can still bring a foot down.
+        return 0.0 if w.y.shape[0] == 6 else math.inf
+    drop, fall = max(w.y[Y, 0] - lowest, 0.0), -w.y[VY, 0]
+    return drop / fall if g <= 0.0 else (math.sqrt(fall * fall + 2.0 * g * drop) - fall) / g
+
+
+@formula
+def has_fallen(w: Walker) -> bool:
+    """Whether the centre of mass, or the hip of a leg that touches down on the ground, is below the ground."""
+    if w.clock[SIDE_VIEW] == 0.0:
+        return False
+    lean, lowest = turn(w.y), 0.0
+    for i in range(w.contacts.shape[0]):
+        if w.legs[i, TRIGGER, 0] == GROUND:
+            lowest = min(lowest, hip(w.legs[i, HIP_X, 0], w.legs[i, HIP_Y, 0], lean)[1])
+    return w.y[Y, 0] + lowest < w.ground[0]
+
+
+@shared(numba.int64, WALKER, numba.float64, numba.float64, TAPE)
 def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     """Move the walker on to time ``end``, touch-downs there included.
 
@@ -406,7 +443,8 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     w
         Changed in place.
     end
-        Time where to stop; a touch-down must come before that.
+        Time where to stop. Where no leg goes by the clock a touch-down must come before that; there is no such limit in
+        the air, where a foot either comes to the ground or never does, which is said at once.
     scale
         Largest estimated error of a step, m.
     tape
@@ -419,6 +457,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     """
     s = bound = w.clock[TIME]
     steps, leaving, ends = 0, -1, False
+    most = MOST_STEPS * ((end - s) / w.clock[SLOWEST] + 1.0)
     resume(w)
     while True:
         if s >= bound:
@@ -428,8 +467,16 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
             refresh(s, w)
             bound = horizon(s, end, w)
         happened, touched = go_by_events(s, leaving, w, tape)
-        if happened:
+        if w.clock[EVENT_DRIVEN] != 0.0:
+            fall = time_to_fall(w)
+            if fall == math.inf and not (ends or touched):
+                w.clock[TIME] = s
+                return NO_TOUCHDOWN
+            end = max(end, s + 2.0 * fall)
+        if happened or w.clock[EVENT_DRIVEN] != 0.0:
             bound = horizon(s, end, w)
+        if tape.counts[1] > tape.events.shape[0]:
+            return TAPE_FULL
         if ends or touched or s >= end:
             break
         left = bound - s
@@ -439,12 +486,17 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
         steps += 1
         if w.y.shape[1] > 1:
             step_tangents(s, h, w)
-        if not record_step(s, h, w, tape) or steps > MOST_STEPS * (end - w.clock[TIME] + 1.0):
+        if not record_step(s, h, w, tape):
+            return TAPE_FULL
+        if not steps <= most:
             return TOO_MANY_STEPS
         last = h == left
         s = accept(s, h, shift, w)
         if last and shift == 0.0:
             s = bound
+        if has_fallen(w):
+            w.clock[TIME] = s
+            return FALLEN
     w.clock[TIME] = s
     if w.clock[EVENT_DRIVEN] != 0.0:
         slide_derivatives(w.lag, 1.0, w)

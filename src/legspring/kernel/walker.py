@@ -8,12 +8,12 @@ number of directions (1, 2, ...). The caller chooses the directions by the jets 
 axis of length one there are none.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.jit import maker
+from legspring.kernel.jit import typeof
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -36,17 +36,18 @@ N_STANCE = 11
 PLAIN, DAMPED = 0.0, 1.0
 
 # Columns of the contacts.
-SIDE, OFFSET, SINCE, DOWN, SIGN, VARIED, WATCHED, ARM_X, ARM_Y, LEVEL = range(10)
-N_CONTACT = 10
+SIDE, OFFSET, SINCE, DOWN, SIGN, WATCHED, ARM_X, ARM_Y, LEVEL = range(9)
+N_CONTACT = 9
 # What is watched of a leg: nothing, when its force is zero, or when the height of its foot is.
 NOTHING, FORCE, HEIGHT = 0.0, 1.0, 2.0
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
 TIME, NEXT_STEP, EVALUATIONS, LEVER, PUSH_X, PUSH_Y, EVENT_DRIVEN, ALL_PLAIN = 0, 1, 2, 3, 4, 6, 8, 9
-N_CLOCK = 10
+SIDE_VIEW, FASTEST, SLOWEST = 10, 11, 12
+N_CLOCK = 13
 
 TOUCHDOWN, LIFTOFF = 0, 1
 
-OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN = 0, 1, 2, 3, 4
+OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN, TAPE_FULL, FALLEN = 0, 1, 2, 3, 4, 5, 6
 """Endings of an integration."""
 
 
@@ -64,16 +65,17 @@ class Walker(NamedTuple):
     push
         ``(P, 3)``: knots (time, x, y) of an acceleration from outside, linear in between, zero elsewhere.
     contacts
-        ``(L, 10)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
+        ``(L, 9)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
         2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), the sign of its gap since the
-        end of the ignored window (0 before), whether its hip or stiffness has derivatives, what is watched of it (see
+        end of the ignored window (0 before), what is watched of it (see
         `NOTHING`), from the centre of mass to the foot held ready (x, y, seen from the body), and the height of the
         ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
         a leg which waits for the ground is the height of its foot above it.
     clock
-        ``(10,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
-        error of the yaw one of a position, the push now, whether no leg touches down by the clock, and whether the
-        manner of all legs is plain.
+        ``(13,)``: time, step size to try next, evaluations of the right-hand side so far, the length that makes an
+        error of the yaw one of a position, the push now, whether no leg touches down by the clock, whether the
+        manner of all legs is plain, whether a leg touches down on the ground; and the shortest and the longest of the
+        motion's own times (see `legspring.kernel.launch.set_natural_times`), by which what is short or long is judged.
     y
         ``(n, C)``: x, y, their rates and, where the body yaws, the yaw and its rate.
     stance
@@ -82,6 +84,11 @@ class Walker(NamedTuple):
     k, ahead, room, gaps
         Room for the rates at the stages of a step ``(16, n, C)``, the state at its end and inside ``(n, C)``, and
         each leg's gap with its first two rates at its start and end ``(2, L, 3)``.
+    phases
+        ``(2, 16)``: sine and cosine of pi times the times of the stages of a step.
+    struts
+        ``(16, L, 6)``: plain legs in stance at these stages, for the derivatives: from hip to foot (x, y), hip seen
+        from the centre of mass (x, y), length, gap.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
     flat_y, flat_k, flat_ahead, flat_room
@@ -99,6 +106,8 @@ class Walker(NamedTuple):
     ahead: Floats
     room: Floats
     gaps: Floats
+    phases: Floats
+    struts: Floats
     ground: Floats
     delay: Floats
     lag: Floats
@@ -142,7 +151,6 @@ class Tape(NamedTuple):
     events: Floats
 
 
-@maker
 def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: Floats, rows: int) -> Walker:
     """Return a walker with its state still to be set; ``rows`` is 4 where the yaw is held, else 6."""
     n_legs, _, width = legs.shape
@@ -150,10 +158,11 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
     contacts[:, SIDE], contacts[:, OFFSET] = side, offset
     y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
     ahead, room = np.zeros((rows, width)), np.zeros((rows, width))
+    # Copies are writable and in order, so that all walkers have one type.
     return Walker(
-        body,
-        legs,
-        push,
+        body.copy(),
+        legs.copy(),
+        push.copy(),
         contacts,
         np.zeros(N_CLOCK),
         y,
@@ -162,6 +171,8 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         ahead,
         room,
         np.zeros((2, n_legs, 3)),
+        np.zeros((2, 16)),
+        np.zeros((16, n_legs, 6)),
         np.zeros(width),
         np.zeros(width),
         np.zeros(width),
@@ -172,7 +183,6 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
     )
 
 
-@maker
 def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
     """Return an empty tape for so many steps, events and touch-downs (none: they are not recorded)."""
     n_legs, _, width = w.legs.shape
@@ -188,3 +198,10 @@ def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
         np.full((touchdowns, rows), np.nan),
         np.zeros((events, 5)),
     )
+
+
+_example = new_walker(np.zeros((2, 1)), np.zeros((1, N_LEG, 1)), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4)
+WALKER: Any = typeof(_example)
+"""Numba's type of all walkers."""
+TAPE: Any = typeof(new_tape(1, 1, 1, _example))
+JET: Any = typeof(_example.y)
