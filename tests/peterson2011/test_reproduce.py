@@ -132,7 +132,7 @@ def damaged(path: Path, how: str) -> None:
         case "no variable":
             dataset.drop_vars("speed").to_netcdf(path)
         case "other numbers":
-            dataset["speed"].values.ravel()[0] += 1e-9
+            dataset["speed"].values *= 1.0 + 1e-12
             dataset.to_netcdf(path)
 
 
