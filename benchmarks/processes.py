@@ -17,7 +17,7 @@ from benchmarks.figures import Figure
 
 HERE = Path(__file__).resolve().parent
 FIRST_GAIT = "import legspring as ls; ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]"
-COMMAND = "from legspring.cli import app; app()"
+COMMAND = "from legspring.__main__ import main; main()"
 ATLAS = """
 import json, resource, sys, time
 import legspring as ls

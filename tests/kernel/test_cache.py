@@ -65,6 +65,19 @@ def test_damaged_files_are_made_anew(tmp_path: Path, damage: bytes | None) -> No
     assert compiles(tmp_path) == ""
 
 
+def test_files_of_other_versions_and_unfinished_ones_go(tmp_path: Path) -> None:
+    compiles(tmp_path)
+    (first, _) = tmp_path.rglob("*.nbc")
+    name = first.name.split(".py3")[0] + ".py3" + first.name.split(".py3")[1].split(".")[0]
+    first.unlink()
+    old, unfinished, growing = (first.with_name(f"{name}.{end}") for end in ("1.nbc", "a.nbc.1.tmp", "b.nbc.2.tmp"))
+    for path in (old, unfinished, growing):
+        path.touch()
+    os.utime(unfinished, (0, 0))
+    compiles(tmp_path)
+    assert not old.exists() and not unfinished.exists() and growing.exists()
+
+
 def test_a_full_disk_is_no_hindrance(tmp_path: Path) -> None:
     import resource
 

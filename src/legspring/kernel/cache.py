@@ -9,6 +9,7 @@ import hashlib
 import logging
 import os
 import pickle
+import time
 import uuid
 from contextlib import suppress
 from pathlib import Path
@@ -20,6 +21,8 @@ import numba.core.serialize
 compiler: Any = numba
 core: Any = numba.core  # private, and without types
 LOG = logging.getLogger("legspring")
+LONGEST_WRITE = 600.0
+"""Seconds after which a file that is not whole will never be."""
 DIGEST = hashlib.sha256().digest_size
 
 
@@ -59,9 +62,15 @@ class CodeFiles:
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
+        self._tidy()
+
+    def _tidy(self) -> None:
+        """Remove files of other versions, and what a process that was killed did not finish."""
         for other in self.directory.glob(f"{self.name}.*"):
-            if not other.name.startswith(f"{self.name}.{self.version}.") and other.suffix in (".nbc", ".nbi"):
-                with suppress(OSError):
+            with suppress(OSError):
+                current = other.name.startswith(f"{self.name}.{self.version}.") and other.suffix == ".nbc"
+                growing = other.suffix == ".tmp" and time.time() - other.stat().st_mtime < LONGEST_WRITE
+                if not current and not growing:
                     other.unlink()
 
     def flush(self) -> None:
