@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -292,7 +293,7 @@ def test_from_the_side_there_is_level_ground_only(slope_deg: float) -> None:
 @pytest.mark.parametrize("name", ["spring_loaded_inverted_pendulum", "cockroach"])
 def test_a_search_stops_by_a_rule_and_says_so(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     animal = load_animal(name)
-    place = {"slope_deg": 45.0, "heading": 0.15} if animal.tuned else {}
+    place: dict[str, Any] = {"slope_deg": 45.0, "heading": 0.15} if animal.tuned else {}
     whole = search_gaits(animal, starts=24, **place)
     assert Ending.GIVEN_UP not in whole.endings
     monkeypatch.setattr("legspring.solve.MOST_EFFORT", 10)
