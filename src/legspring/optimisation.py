@@ -5,6 +5,7 @@ constraints (`legspring.optimum.Programme`), and takes the least actuation among
 minimum is often not unique. The thesis's own method, Nelder and Mead's on its penalised objective, is there to compare.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
@@ -39,10 +40,10 @@ MOST_AT_NODE = 3
 """Solutions kept at each actuation."""
 POLISHED = 24
 """Gaits that are polished."""
-FEW_NODES, FEW_POLISHED = 64, 4
-"""The same in each of the neighbouring cells."""
-SLOPE_AWAY, HEADING_AWAY = np.radians(5.0), 0.05
-"""How far away these are, rad."""
+FEW_NODES, FEW_POLISHED = 32, 2
+"""The same in each of the places around."""
+AROUND = ((5.0, 0.0), (-5.0, 0.0), (15.0, 0.0), (-15.0, 0.0), (0.0, 0.05), (0.0, -0.05))
+"""How far away these are: slope (deg), heading (rad)."""
 HALTS = 0.25, 0.5, 0.75, 1.0
 """Shares of the way from one cell to the next at which optima are looked for."""
 APART = 0.35
@@ -188,18 +189,18 @@ def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
 
 
 def around(objective: Objective) -> list[Objective]:
-    """Return the same in neighbouring cells: some gaits are easily found there, and can be followed from there."""
+    """Return the same in places around: gaits that are rare here may be found there, and followed from there."""
     animal, slope, heading = objective.trial.setting.animal, objective.trial.setting.slope, objective.trial.heading
     found = []
-    for d_slope, d_heading in ((SLOPE_AWAY, 0.0), (-SLOPE_AWAY, 0.0), (0.0, HEADING_AWAY), (0.0, -HEADING_AWAY)):
+    for change_deg, turn in AROUND:
         with suppress(ValueError):  # there is no such slope, or heading
-            animal.desired_speed(slope + d_slope)
-            found.append(objective.at(slope + d_slope, heading + d_heading))
+            animal.desired_speed(slope + math.radians(change_deg))
+            found.append(objective.at(slope + math.radians(change_deg), heading + turn))
     return found
 
 
 def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
-    """Search from an optimum of another cell by way of what lies in between; return the ends, the best first."""
+    """Search from an optimum of another place by way of what lies in between; return the ends, the best first."""
     start, target = (np.array([o.trial.setting.slope, o.trial.heading]) for o in (origin, objective))
     for share in HALTS:
         halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
