@@ -17,17 +17,9 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-LONGEST_MESSAGE = 300
-"""Characters of what is said about an error."""
 LONGEST_GRID = 100_000
 LARGEST_SEED = 2**63 - 1
 MOST_STARTS = 1_000_000
-
-
-def one_line(message: object) -> str:
-    """Return a message in one line, its end left out if it is too long."""
-    line = " ".join(str(message).split())
-    return line if len(line) <= LONGEST_MESSAGE else f"{line[: LONGEST_MESSAGE - 4]} ..."
 
 
 def shown(value: object) -> str:

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from legspring.checks import one_line, shown
+from legspring.checks import shown
+from legspring.messages import one_line
 
 
 class ModelError(ValueError):
