@@ -2,6 +2,7 @@
 
 import math
 from collections import Counter
+from typing import Any
 
 import numpy as np
 import pytest
@@ -131,9 +132,11 @@ def test_every_reason_is_met(roach: Animal, thesis_map: Cells) -> None:
 
 
 def test_a_light_animal_is_no_accident(roach: Animal) -> None:
-    # One solution for it is a step that can be simulated, followed by one that cannot: no reason for the rest to fail.
+    """Its forces are stiff: a stride takes many steps of the integrator, recorded or not."""
     search = search_gaits(roach.replace(mass=1e-5), slope_deg=20, heading=0.3)
-    assert Invalid.NOT_SIMULATED in {rejection.reason for rejection in search.rejections}
+    reasons = {rejection.reason for rejection in search.rejections}
+    assert reasons and Invalid.NOT_SIMULATED not in reasons
+    assert max(rejection.solution.tape.counts[0] for rejection in search.rejections) > 180
 
 
 def test_solutions_that_prove_to_be_one_count_once(roach: Animal, thesis_map: Cells) -> None:
@@ -285,3 +288,26 @@ def test_from_the_side_there_is_level_ground_only(slope_deg: float) -> None:
         ValueError, match=r"must be 90 deg for 'spring_loaded_inverted_pendulum', which is seen from the"
     ):
         search_gaits(animal, slope_deg=slope_deg)
+
+
+@pytest.mark.parametrize("name", ["spring_loaded_inverted_pendulum", "cockroach"])
+def test_a_search_stops_by_a_rule_and_says_so(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    animal = load_animal(name)
+    place: dict[str, Any] = {"slope_deg": 45.0, "heading": 0.15} if animal.tuned else {}
+    whole = search_gaits(animal, starts=24, **place)
+    assert Ending.GIVEN_UP not in whole.endings
+    monkeypatch.setattr("legspring.solve.MOST_EFFORT", 10)
+    search = search_gaits(animal, starts=24, **place)
+    assert search.starts == whole.starts == 24 * len(animal.families)
+    assert search.endings[Ending.GIVEN_UP] == 16 * len(animal.families)
+    assert search.steps < whole.steps
+    assert "not searched from, as the search had taken all the effort that is allowed" in search.summary()
+
+
+def test_what_cannot_walk_is_soon_known_not_to() -> None:
+    """A leg that points up, or hardly down."""
+    for angle_deg in (0.0, -90.0, -91.0):
+        animal = load_animal("spring_loaded_inverted_pendulum").replace(angle_deg=angle_deg)
+        search = search_gaits(animal, starts=24)
+        assert not search.gaits and not search.rejections
+        assert sum(search.endings.values()) == 24

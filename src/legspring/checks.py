@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
+UNFIT = TypeError, ValueError, ArithmeticError, AttributeError, LookupError, RecursionError, NotImplementedError
+"""What objects raise that are no numbers, or cannot be shown; an interruption is none of these."""
 LONGEST_GRID = 100_000
 LARGEST_SEED = 2**63 - 1
 MOST_STARTS = 1_000_000
@@ -26,7 +28,7 @@ def shown(value: object) -> str:
     """Return a value as an error shows it: short, in one line."""
     try:
         return " ".join(reprlib.repr(value).split())
-    except Exception:
+    except UNFIT:
         return f"<{type(value).__name__}>"
 
 
@@ -39,7 +41,7 @@ def _number(value: Any) -> float:
                 return math.nan
             value = array.item()
         return math.nan if isinstance(value, bool) else float(value)
-    except Exception:  # whatever an unknown object raises
+    except UNFIT:
         return math.nan
 
 

@@ -547,10 +547,16 @@ def search_at(
     check_place(creature, slope, heading)
     if magnitudes is not None and not creature.tuned:
         raise ValueError(f"--actuation = {actuation!r}: must be left out; gaits of {creature.name} have the animal's")
-    with patience("searching for gaits"):
+    with patience("loading"):
         from legspring.solve import search_gaits
-
-        return search_gaits(creature, slope_deg=slope, heading=heading, family=family, actuation=magnitudes)
+    return search_gaits(
+        creature,
+        slope_deg=slope,
+        heading=heading,
+        family=family,
+        actuation=magnitudes,
+        progress=sys.stderr.isatty(),
+    )
 
 
 def choose_gait(search: "Search", slope: float | None, heading: float | None, branch: int | None) -> "Gait":

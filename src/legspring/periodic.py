@@ -13,9 +13,9 @@ from scipy.optimize import least_squares
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.newton import FASTEST, SLOWEST
-from legspring.kernel.walker import Floats
+from legspring.kernel.walker import EVALUATIONS, Floats
 from legspring.model import Animal
-from legspring.returnmap import IntegrationError, Start, complete_map, state_names
+from legspring.returnmap import IntegrationError, Start, flow, image_of, state_names
 from legspring.setting import Setting
 from legspring.solve import BaseProblem, Solutions, check_offsets, spread
 
@@ -94,32 +94,48 @@ class PeriodicProblem(BaseProblem):
 
     def residual(self, z: Floats, accuracy: float) -> tuple[Floats, Floats]:
         """Return what a step changes in the unknowns, ``(n,)``, and its derivatives."""
+        return self._residual(z, accuracy)[:2]
+
+    def _residual(self, z: Floats, accuracy: float) -> tuple[Floats, Floats, int]:
+        """Return the same, and how often the equations of motion were evaluated."""
+        broken = np.full(self.size, BROKEN), np.eye(self.size)
         if "speed" in self.free and not SLOWEST < z[self.free.index("speed")] < FASTEST:
-            return np.full(self.size, BROKEN), np.eye(self.size)
+            return *broken, 0
+        start, phase = self.start(z), self.setting.animal.phase
         try:
-            image, jacobian = complete_map(self.setting, self.setting.animal.phase, self.start(z), accuracy=accuracy)
-        except (IntegrationError, ValueError):
-            return np.full(self.size, BROKEN), np.eye(self.size)
+            walker, _ = flow(self.setting, phase, start, along=self.names, accuracy=accuracy)
+        except IntegrationError as error:
+            return *broken, error.evaluations
+        except ValueError:
+            return *broken, 0
+        image, jacobian = image_of(self.setting, start, self.names, walker.y)
         units = np.array(self._units)
         by = jacobian * units / units[:, None]
         left = image[self._rows] / units[self._rows] - z
         for row, name in enumerate(self.free):
             if name in ANGLES:
                 left[row] = math.remainder(left[row], 2.0 * math.pi)
-        return left, by[np.ix_(self._rows, self._rows)] - np.eye(self.size)
+        by = by[np.ix_(self._rows, self._rows)] - np.eye(self.size)
+        return left, by, int(walker.clock[EVALUATIONS])
 
     def solve(self, starts: Floats, accuracy: float, goal: float) -> Solutions:
         """Search from each start, ``(N, size)``."""
         found = [self._solve(z, accuracy, goal) for z in np.array(starts, ndmin=2)]
-        z, endings, residuals, squares, steps = zip(*found, strict=True)
-        return Solutions(
-            self.wrapped(np.array(z)), np.array(endings), np.array(residuals), np.array(squares), sum(steps)
-        )
+        z, endings, residuals, squares, steps, evaluations = (np.array(column) for column in zip(*found, strict=True))
+        return Solutions(self.wrapped(z), endings, residuals, squares, int(steps.sum()), int(evaluations.sum()))
 
-    def _solve(self, z: Floats, accuracy: float, goal: float) -> tuple[Floats, int, float, float, int]:
+    def _solve(self, z: Floats, accuracy: float, goal: float) -> tuple[Floats, int, float, float, int, int]:
         """Search from one start."""
+        evaluations = 0
+
         # The method asks for values and derivatives at the same place, one after the other.
-        at = lru_cache(maxsize=1)(lambda z: self.residual(np.array(z), accuracy))
+        @lru_cache(maxsize=1)
+        def at(z: tuple[float, ...]) -> tuple[Floats, Floats]:
+            nonlocal evaluations
+            left, by, taken = self._residual(np.array(z), accuracy)
+            evaluations += taken
+            return left, by
+
         found = least_squares(
             lambda z: at(tuple(z))[0],
             z,
@@ -132,7 +148,7 @@ class PeriodicProblem(BaseProblem):
         )
         largest = float(np.max(np.abs(found.fun)))
         ending = newton.CONVERGED if largest <= goal else newton.BROKEN if largest >= BROKEN else newton.STALLED
-        return found.x, ending, largest, float(np.sum(found.fun**2)), found.nfev
+        return found.x, ending, largest, float(np.sum(found.fun**2)), found.nfev, evaluations
 
     def wrapped(self, z: Floats) -> Floats:
         """Return the same unknowns with heading and yaw in (-pi, pi].

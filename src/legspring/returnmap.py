@@ -13,6 +13,7 @@ from legspring.kernel.walker import (
     ACTUATION,
     ANGLE,
     DAMPING,
+    EVALUATIONS,
     EVENT_LOST,
     FALLEN,
     LENGTH,
@@ -69,7 +70,17 @@ REASONS = {
 
 
 class IntegrationError(ArithmeticError):
-    """A simulation could not be carried on; the message says why."""
+    """A simulation could not be carried on; the message says why.
+
+    Attributes
+    ----------
+    evaluations
+        Of the equations of motion, in vain.
+    """
+
+    def __init__(self, message: str, evaluations: int = 0) -> None:
+        super().__init__(message)
+        self.evaluations = evaluations
 
 
 @dataclass(frozen=True)
@@ -208,7 +219,8 @@ def flow(
         )
         room *= 2
     if status in REASONS:
-        raise IntegrationError(f"stopped at t = {walker.clock[TIME] * setting.step_duration:.6g} s: {REASONS[status]}")
+        time = walker.clock[TIME] * setting.step_duration
+        raise IntegrationError(f"stopped at t = {time:.6g} s: {REASONS[status]}", int(walker.clock[EVALUATIONS]))
     return walker, tape
 
 
@@ -255,7 +267,11 @@ def complete_map(
         ``(n,)`` and ``(n, n)``, n from 2 to 7.
     """
     names = state_names(setting, start.displacement is not None or not setting.event_driven)
-    y = flow(setting, phase, start, along=names, accuracy=accuracy)[0].y
+    return image_of(setting, start, names, flow(setting, phase, start, along=names, accuracy=accuracy)[0].y)
+
+
+def image_of(setting: Setting, start: Start, names: Sequence[str], y: Floats) -> tuple[Floats, Floats]:
+    """Return what `complete_map` does, from the state at the end of a step, with derivatives along ``names``."""
     speed, heading = speed_and_heading(y)
     images = {"speed": speed, "heading": heading, "Dx": y[X], "Dy": y[Y]}
     if setting.rows == 6:

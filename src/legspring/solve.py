@@ -14,7 +14,7 @@ nothing else.
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
@@ -26,8 +26,9 @@ from legspring.checks import MOST_STARTS, checked_angle, checked_whole, shown
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
 from legspring.kernel.newton import gait_conditions
-from legspring.kernel.walker import Floats
+from legspring.kernel.walker import EVALUATIONS, Floats
 from legspring.model import Animal
+from legspring.progress import progress_bar
 from legspring.returnmap import Direction, Start, flow, jets
 from legspring.setting import ACCURACY, TIGHT, Setting, slope_for
 
@@ -42,6 +43,10 @@ SLACK = 0.15
 ROUGH_ACCURACY, ROUGH_GOAL = 1e-8, 1e-7
 GOAL = 1e-12
 MOST_ITERATIONS = 40
+AT_ONCE = 8
+"""Starts between two looks at the effort so far."""
+MOST_EFFORT = 100_000_000
+"""Evaluations of the equations of motion after which the search for one family begins from no more starts."""
 SAME = 1e-5
 """Difference of unknowns below which two solutions are one."""
 
@@ -54,6 +59,7 @@ class Ending(StrEnum):
     OUT_OF_RANGE = "left the range of speeds"
     OUT_OF_STEPS = "not converged within the iterations allowed"
     BROKEN = "the step could not be simulated"
+    GIVEN_UP = "not searched from, as the search had taken all the effort that is allowed"
 
 
 ENDINGS = {
@@ -127,13 +133,17 @@ class Search:
 
 
 class Solutions(NamedTuple):
-    """Where searches ended: unknowns, kind of ending, largest residual, sum of their squares; and steps in all."""
+    """Where searches ended: unknowns, kind of ending, largest residual, sum of their squares; and effort in all.
+
+    Which is the number of steps simulated, and that of evaluations of the equations of motion.
+    """
 
     z: Floats
     endings: NDArray[np.int64]
     residuals: Floats
     squares: Floats
     steps: int
+    evaluations: int
 
 
 def spread(count: int, low: Floats, high: Floats) -> Floats:
@@ -180,8 +190,10 @@ class BaseProblem(ABC):
     def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
         """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
 
-    def zeros(self, starts: Floats, known: Floats | None = None) -> tuple[Floats, "Counter[Ending]", int]:
-        """Search from each start, roughly.
+    def zeros(
+        self, starts: Floats, known: Floats | None = None, tick: Callable[[int], None] = lambda _: None
+    ) -> tuple[Floats, "Counter[Ending]", int]:
+        """Search from each start, roughly; no more once the equations of motion were evaluated `MOST_EFFORT` times.
 
         Returns
         -------
@@ -189,11 +201,19 @@ class BaseProblem(ABC):
             ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
         """
         zeros = np.zeros((0, self.size)) if known is None else known
-        found = self.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL)
-        for z in found.z[found.endings == newton.CONVERGED]:
-            if not self._is_among(z, zeros):
-                zeros = np.vstack([zeros, z])
-        return zeros, Counter(ENDINGS[int(ending)] for ending in found.endings), found.steps
+        endings, steps, effort = Counter[Ending](), 0, 0
+        for some in np.split(starts, range(AT_ONCE, len(starts), AT_ONCE)) if len(starts) else ():
+            tick(len(some))
+            if effort > MOST_EFFORT:
+                endings[Ending.GIVEN_UP] += len(some)
+                continue
+            found = self.solve(some, ROUGH_ACCURACY, ROUGH_GOAL)
+            steps, effort = steps + found.steps, effort + found.evaluations
+            endings.update(ENDINGS[int(ending)] for ending in found.endings)
+            for z in found.z[found.endings == newton.CONVERGED]:
+                if not self._is_among(z, zeros):
+                    zeros = np.vstack([zeros, z])
+        return zeros, endings, steps
 
     def gait(self, z: Floats) -> Gait | None:
         """Return the solution near z as a gait, valid or not; None if there is none after all."""
@@ -334,7 +354,8 @@ class Problem(BaseProblem):
             goal,
             MOST_ITERATIONS,
         )
-        return Solutions(self.wrapped(z), endings, residuals, squares, steps)
+        evaluations, self._walker.clock[EVALUATIONS] = int(self._walker.clock[EVALUATIONS]), 0.0
+        return Solutions(self.wrapped(z), endings, residuals, squares, steps, evaluations)
 
     def conditions(self, z: Floats) -> tuple[Floats, Floats]:
         """Return what is left of a gait's conditions at z, ``(size,)``, and its derivatives, ``(size, size)``.
@@ -445,6 +466,7 @@ def search_gaits(
     family: str | None = None,
     actuation: ArrayLike | None = None,
     starts: int = STARTS,
+    progress: bool = False,
 ) -> Search:
     """Search for all gaits at one slope and heading, and say what was found on the way.
 
@@ -461,7 +483,10 @@ def search_gaits(
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
     starts
-        Starting points for each family.
+        Starting points for each family. No more are used once the equations of motion were evaluated 1e8 times, which
+        takes about half a minute; how many were not is said among the endings.
+    progress
+        Whether to show a progress bar.
 
     Raises
     ------
@@ -474,14 +499,16 @@ def search_gaits(
     gaits: list[Gait] = []
     rejections: list[Rejection] = []
     steps, endings = 0, Counter[Ending]()
-    for label in animal.families:
-        problem = problem_for(animal, angle, heading, label, actuation)
-        zeros, ends, taken = problem.zeros(problem.starts(starts))
-        valid, invalid = problem.sort(zeros)
-        gaits += valid
-        rejections += invalid
-        endings += ends
-        steps += taken
+    problems = [problem_for(animal, angle, heading, label, actuation) for label in animal.families]
+    points = [problem.starts(starts) for problem in problems]
+    with progress_bar("searching for gaits", sum(map(len, points)), show=progress) as tick:
+        for problem, some in zip(problems, points, strict=True):
+            zeros, ends, taken = problem.zeros(some, tick=tick)
+            valid, invalid = problem.sort(zeros)
+            gaits += valid
+            rejections += invalid
+            endings += ends
+            steps += taken
     numbered = number_branches(gaits)
     if family is not None:
         numbered = tuple(gait for gait in numbered if gait.family == family)

@@ -62,3 +62,28 @@ def test_a_leg_says_which_formula_is_wrong() -> None:
         Leg(name="L", pair="P", length=1.0, stiffness=1.0, angle=0.0, actuation=0.0, offset=0.0, length_law="l0*x")
     with pytest.raises(ModelError, match=f"at most {LONGEST} characters, is 500 long"):
         parse("1" * 500)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sqrt(-1)",
+        "l0 + t**sqrt(-1)",
+        "1/0",
+        "log(0)",
+        "l0*1e999",
+        "l0 + 0**(-1)",
+        "log(-1)*l0",
+        "l0 + 1e200",
+        "1" * 299,
+    ],
+)
+def test_lengths_are_finite_real_numbers(text: str) -> None:
+    with pytest.raises(ModelError, match="must be a formula in t, l0, ldev, phi, pi and numbers"):
+        parse(text)
+
+
+def test_formulas_are_no_deeper_than_can_be_compiled() -> None:
+    parse("sin(" * 8 + "t" + ")" * 8)
+    with pytest.raises(ModelError, match="nested at most 8 deep"):
+        parse("sin(" * 9 + "t" + ")" * 9)

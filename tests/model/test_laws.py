@@ -1,4 +1,5 @@
 import csv
+from functools import cached_property
 from math import radians
 from pathlib import Path
 from statistics import fmean
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from legspring.model import ModelError, SpeedLaw, StepLaw, cockroach
+from legspring.model import Animal, Body, Leg, ModelError, SpeedLaw, StepLaw, cockroach
 
 STRIDES = Path(__file__).parents[1] / "reference" / "strides.csv"
 
@@ -106,3 +107,17 @@ def test_a_line_without_a_positive_frequency_is_refused_where_it_has_none() -> N
 def test_a_step_law_that_cannot_be_is_refused(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(ModelError, match=message):
         StepLaw(**fields)
+
+
+def test_a_changed_copy_has_a_line_of_its_own() -> None:
+    law = StepLaw(points=((0.1, 5.0), (0.3, 10.0)))
+    assert law(0.2) == pytest.approx(1.0 / 15.0)
+    changed = law.model_copy(update={"points": ((0.1, 10.0), (0.3, 20.0))})
+    assert changed(0.2) == pytest.approx(1.0 / 30.0)
+    with pytest.raises(ModelError, match="at least two different speeds"):
+        law.model_copy(update={"points": ((0.1, 10.0),)})
+
+
+def test_nothing_that_is_frozen_remembers_what_a_copy_may_change() -> None:
+    for kind in (Animal, Body, Leg, SpeedLaw, StepLaw):
+        assert not [name for name, value in vars(kind).items() if isinstance(value, cached_property)]

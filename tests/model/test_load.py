@@ -121,3 +121,46 @@ def test_the_model_imports_nothing_heavy() -> None:
     code = f"import sys, legspring.model; print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("text", ["\ufeff{}", "{}\r\n", "\ufeff{}\r\n"])
+def test_what_editors_of_other_systems_write(file: Path, text: str) -> None:
+    text = text.format('like = "cockroach"\nmass = 3e-3')
+    file.write_bytes((text.replace("\n", "\r\n") if text.endswith("\r\n") else text).replace("\r\r", "\r").encode())
+    assert load_animal(file).body.mass == 3e-3
+
+
+def test_a_file_may_be_like_another_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "first.toml").write_text('like = "cockroach"\nmass = 3e-3')
+    (tmp_path / "second.toml").write_text('like = "mine/first.toml"\nstiffness = 2.0')
+    # Seen from the file, and not from where Python happens to be.
+    monkeypatch.chdir(tmp_path / "mine")
+    animal = load_animal(tmp_path / "second.toml")
+    assert (animal.name, animal.body.mass, animal.legs[0].stiffness) == ("second", 3e-3, 2.0)
+
+
+@pytest.mark.parametrize("names", [("a",), ("a", "b"), ("a", "b", "c")])
+def test_a_file_that_is_like_itself(tmp_path: Path, names: tuple[str, ...]) -> None:
+    for name, like in zip(names, names[1:] + names[:1], strict=True):
+        (tmp_path / f"{name}.toml").write_text(f'like = "{like}.toml"')
+    with pytest.raises(ModelError, match=r"like = 'a\.toml': must be a file that is not like this one$"):
+        load_animal(tmp_path / "a.toml")
+
+
+@pytest.mark.parametrize("depth", [100, 900, 5000])
+def test_arrays_of_any_depth(file: Path, depth: int) -> None:
+    file.write_text('like = "cockroach"\nstiffness = ' + "[" * depth + "1" + "]" * depth)
+    with pytest.raises(ModelError) as caught:
+        load_animal(file)
+    assert len(str(caught.value).splitlines()) == 1 and len(str(caught.value)) <= 300
+
+
+@pytest.mark.parametrize("name", ["two\nlines", "bell\a", "", "\u202e"])
+def test_names_can_be_shown(name: str) -> None:
+    with pytest.raises(ModelError, match="name = "):
+        cockroach().replace(name=name)
+
+
+def test_names_may_look_like_markup() -> None:
+    assert cockroach().replace(name="roach [/old] :smile:").name == "roach [/old] :smile:"

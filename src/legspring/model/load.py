@@ -1,6 +1,7 @@
 """Animals from files: the presets of the package and those of the user, in the same form."""
 
 import tomllib
+from collections.abc import Callable
 from functools import cache
 from os import PathLike, fspath
 from pathlib import Path
@@ -84,24 +85,30 @@ def _read(path: Path, before: tuple[Path, ...]) -> Animal:
     """Read a file that others, read before, are like."""
     # The path in words, whatever bytes the system has in its name.
     words, stem = (text.encode("utf-8", "backslashreplace").decode() for text in (str(path), path.stem))
+    make: Callable[..., Animal] = Animal
+    fields = {"name": stem} | _fields(path, words)
+    if "like" in fields:
+        like, here = fields.pop("like"), path.resolve()
+        if not isinstance(like, str):
+            raise ModelError(f"{words}: like = {shown(like)}: must be the name of a preset or of a TOML file")
+        other = _find(like, path.parent, f"{words}: like = {{}}")
+        if other.resolve() in (*before, here):
+            raise ModelError(f"{words}: like = {shown(like)}: must be a file that is not like this one")
+        make = _read(other, (*before, here)).replace
     try:
-        if path.resolve() in before:
-            raise ModelError("it is like itself, by way of the files that it is like")
+        return make(**fields)
+    except ValueError as error:
+        raise ModelError(f"{words}: {error}") from None
+
+
+def _fields(path: Path, words: str) -> dict[str, Any]:
+    """Return what a file says."""
+    try:
         # Editors of Windows put a mark at the beginning.
-        fields = tomllib.loads(path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n"))
-        return _build({"name": stem} | fields, path.parent, (*before, path.resolve()))
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig").replace("\r\n", "\n"))
     except OSError as error:
         raise ModelError(f"{words}: {error.strerror}") from None
-    except ValueError as error:  # of TOML, of its encoding or of the animal
+    except ValueError as error:  # of TOML, or of its encoding
         raise ModelError(f"{words}: {error}") from None
     except RecursionError:
         raise ModelError(f"{words}: must be no deeper than what an animal is made of") from None
-
-
-def _build(fields: dict[str, Any], folder: Path, before: tuple[Path, ...]) -> Animal:
-    if "like" not in fields:
-        return Animal(**fields)
-    like = fields.pop("like")
-    if not isinstance(like, str):
-        raise ModelError(f"like = {shown(like)}: must be the name of a preset or of a TOML file")
-    return _read(_find(like, folder, "like = {}"), before).replace(**fields)
