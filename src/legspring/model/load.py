@@ -1,5 +1,6 @@
 """Animals from files: the presets of the package and those of the user, in the same form."""
 
+import os
 import tomllib
 from collections.abc import Callable
 from functools import cache
@@ -76,7 +77,8 @@ def _find(name: str, folder: Path, about: str) -> Path:
     if name in presets():
         return _PRESETS / f"{name}.toml"
     path = folder / name
-    if not path.exists() and path.suffix != ".toml":
+    # No system has such a name; one that is too long does not exist.
+    if "\0" in name or not (os.path.exists(path) or path.suffix == ".toml"):
         raise ModelError(f"{about.format(shown(name))}: must be a preset ({', '.join(presets())}) or a TOML file")
     return path
 
