@@ -108,6 +108,13 @@ def checked_whole(name: str, value: Any, least: int, most: int) -> int:
     return int(value)
 
 
+def checked_choice(name: str, value: Any, valid: Iterable[str]) -> None:
+    """Raise ValueError unless a value is one of some words."""
+    words = list(valid)
+    if not (isinstance(value, str) and value in words):
+        raise ValueError(f"{name} = {shown(value)}: must be {' or '.join(map(repr, words))}")
+
+
 def checked_workers(workers: Any) -> int:
     """Return the number of threads or processes: one a core, unless said otherwise."""
     cores = os.cpu_count() or 1

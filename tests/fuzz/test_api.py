@@ -29,8 +29,8 @@ FACTORS = {
 """By how much a number is changed, up or down."""
 CHOICES: dict[str, list[Any]] = {
     "angle_deg": [-158.0, -60.0, 0.0, 30.0, 90.0], "hip": [[0.0, 0.0], [0.003, 0.01]], "phase": [0.0, 0.3],
-    "touchdown": ["clock", "ground"], "stance": [0.5, 0.9, 1.5], "actuation": [0.0, 0.003, 0.01], "yaw": ["free", "held"],
-    "length_law": ["l0 - ldev*sin(pi*t + phi)", "l0 + ldev*(1 - exp(-t))"], "offset": [0, 0.3],
+    "touchdown": ["clock", "ground"], "stance": [0.5, 0.9, 1.5], "actuation": [0.0, 0.003, 0.01],
+    "yaw": ["free", "held"], "length_law": ["l0 - ldev*sin(pi*t + phi)", "l0 + ldev*(1 - exp(-t))"], "offset": [0, 0.3],
 }  # fmt: skip
 
 
@@ -56,9 +56,9 @@ def animals(draw: st.DrawFn) -> ls.Animal:
         return animal
 
 
-def spoilt(draw: st.DrawFn, arguments: dict[str, Any], most: int = 1) -> dict[str, Any]:
-    """Return arguments, some of which are replaced by something odd."""
-    for name in draw(st.lists(st.sampled_from([*arguments]), max_size=most, unique=True)):
+def spoilt(draw: st.DrawFn, arguments: dict[str, Any]) -> dict[str, Any]:
+    """Return arguments, one of which may be replaced by something odd."""
+    for name in draw(st.lists(st.sampled_from([*arguments]), max_size=1)):
         arguments[name] = draw(odd())
     return arguments
 
@@ -138,10 +138,10 @@ def starts(draw: st.DrawFn) -> tuple[ls.Animal, dict[str, Any]]:
         "strides": draw(st.sampled_from([0.5, 1, 2, 3])),
         "accuracy": draw(st.sampled_from([1e-9, 1e-11])),
     }
-    return animal, spoilt(draw, arguments, 2)
+    return animal, spoilt(draw, arguments)
 
 
-@examples(in_ci=120, share=0.1)
+@examples(in_ci=300, share=0.1)
 @given(given=starts())
 def test_simulations(given: tuple[ls.Animal, dict[str, Any]]) -> None:
     animal, arguments = given
@@ -159,7 +159,7 @@ def searches(draw: st.DrawFn) -> tuple[ls.Animal, dict[str, Any]]:
     return animal, spoilt(draw, arguments | more)
 
 
-@examples(in_ci=60, share=0.05)
+@examples(in_ci=120, share=0.05)
 @given(given=searches())
 def test_gaits_repeat_themselves(given: tuple[ls.Animal, dict[str, Any]]) -> None:
     animal, arguments = given
@@ -175,7 +175,7 @@ def gaits() -> list[ls.Gait]:
     for name in ls.presets():
         animal = ls.load_animal(name)
         low, high = animal.speed_law.domain_deg
-        heading = {"heading": 0.15} if animal.tuned else {}
+        heading: dict[str, Any] = {"heading": 0.15} if animal.tuned else {}
         found += ls.find_gaits(animal, slope_deg=low if low == high else 45.0, starts=24, **heading)[:1]
     return found
 
@@ -183,10 +183,16 @@ def gaits() -> list[ls.Gait]:
 @examples(in_ci=30, share=0.03)
 @given(which=st.integers(0, 7), impulse=st.one_of(st.floats(-1.0, 1.0), odd()))
 def test_recoveries(which: int, impulse: Any) -> None:
+    # Of those that keep what a push gives them there is not much to ask.
     gait = gaits()[which % len(gaits())]
     recovery = tried("recover", lambda: gait.recover(impulse))
     if recovery is not None:
         assert np.all(np.isfinite(recovery.distance[: recovery.steps]))
+
+
+def tuned() -> st.SearchStrategy[ls.Animal]:
+    """Return animals that have atlases."""
+    return animals().filter(lambda animal: animal.tuned)
 
 
 @st.composite
@@ -200,8 +206,7 @@ def maps(draw: st.DrawFn) -> tuple[ls.Animal, dict[str, Any]]:
         "starts": draw(st.integers(1, 4)),
         "workers": 1,
     }
-    # By themselves grids are the whole of the thesis's.
-    return draw(animals()), spoilt(draw, arguments)
+    return draw(st.one_of(animals(), tuned())), spoilt(draw, arguments)
 
 
 @examples(in_ci=25, share=0.02)
@@ -224,7 +229,7 @@ def test_maps(given: tuple[ls.Animal, dict[str, Any]]) -> None:
 )
 def test_arguments_of_the_optimisation(animal: ls.Animal, name: str, value: Any) -> None:
     # What is valid by chance takes long.
-    assume(not (name in ("heading", "slope_deg", "seed") or value is None or value in ("A",)))
+    assume(not (name in ("heading", "slope_deg", "seed") or value is None or (isinstance(value, str) and value == "A")))
     here: dict[str, Any] = {"slope_deg": 45.0, "heading": 0.15} | {name: value}
     with pytest.raises(ValueError) as caught:
         ls.optimize(animal, **here)

@@ -43,7 +43,8 @@ def require_printable(text: str) -> str:
     return text
 
 
-Label = Annotated[str, Field(min_length=1), AfterValidator(require_printable)]
+LONGEST_LABEL = 60
+Label = Annotated[str, Field(min_length=1, max_length=LONGEST_LABEL), AfterValidator(require_printable)]
 
 
 class Frozen(BaseModel):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from legspring.checks import shown
-from legspring.model._base import ModelError
+from legspring.model._base import LONGEST_LABEL, ModelError
 from legspring.model.animal import Animal
 
 # Not in a folder named "presets": imported as a package, it would hide the function of that name.
@@ -88,7 +88,7 @@ def _read(path: Path, before: tuple[Path, ...]) -> Animal:
     # The path in words, whatever bytes the system has in its name.
     words, stem = (text.encode("utf-8", "backslashreplace").decode() for text in (str(path), path.stem))
     make: Callable[..., Animal] = Animal
-    fields = {"name": stem} | _fields(path, words)
+    fields = {"name": stem[:LONGEST_LABEL]} | _fields(path, words)
     if "like" in fields:
         like, here = fields.pop("like"), path.resolve()
         if not isinstance(like, str):
