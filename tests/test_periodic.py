@@ -215,3 +215,25 @@ def test_gaits_scale_with_size() -> None:
 def test_wrong_arguments(name: str, change: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         search_gaits(load_animal(name), **change)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["spring_loaded_inverted_pendulum", "lateral_leg_spring"])
+def test_a_unit_of_time_changes_nothing(name: str) -> None:
+    animal = load_animal(name)
+    expected = find_gaits(animal)
+    for unit in (10.0, 0.012, 0.004, 0.001):
+        found = find_gaits(animal.replace(step_law=unit))
+        assert len(found) == len(expected)
+        for one, other in zip(found, expected, strict=True):
+            for what in ("speed", "heading", "mean_speed", "step_duration", "yaw_rate", "transport_cost"):
+                assert getattr(one, what) == pytest.approx(getattr(other, what), rel=1e-9, abs=1e-9)
+            assert np.sort(np.abs(one.multipliers)) == pytest.approx(np.sort(np.abs(other.multipliers)), abs=1e-7)
+            assert one.liftoff == pytest.approx(other.liftoff, rel=1e-9)
+
+
+def test_three_gaits_of_stiff_arms() -> None:
+    """A stride of theirs takes more steps of the integrator than a tape once had room for."""
+    stiff = load_animal("climbing_template").replace(stiffness=300, damping=0.64)
+    search = search_gaits(stiff)
+    assert sorted(gait.mean_speed for gait in search.gaits) == pytest.approx([0.337, 0.551, 0.568], abs=5e-4)
+    assert not search.rejections

@@ -137,6 +137,7 @@ def test_a_light_animal_is_no_accident(roach: Animal) -> None:
     reasons = {rejection.reason for rejection in search.rejections}
     assert reasons and Invalid.NOT_SIMULATED not in reasons
     assert max(rejection.solution.tape.counts[0] for rejection in search.rejections) > 180
+    assert [gait.speed for gait in search.gaits] == pytest.approx([0.4842678], abs=1e-6)
 
 
 def test_solutions_that_prove_to_be_one_count_once(roach: Animal, thesis_map: Cells) -> None:

@@ -135,6 +135,10 @@ class Objective:
         self.beside = self.trial.beside(heading_beside(heading))
         self.evaluations = 0
 
+    def at(self, slope: float, heading: float) -> "Objective":
+        """Return the same at another slope and heading."""
+        return Objective(self.trial.setting.animal, slope, heading, self.trial.family, self.goal, self.of)
+
     @property
     def floor(self) -> float:
         """What no gait can be better than: the work against gravity, sin(slope) (Eq. 4.1), or 0."""

@@ -4,7 +4,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar, get_args
 
@@ -19,19 +19,18 @@ from legspring.model import Animal
 from legspring.objective import NO_GAIT, Candidate, Constraint, Goal, Objective, Penalty, Score
 from legspring.optimisation import (
     APART,
-    FIRST_ITERATIONS,
     GAIN,
     TIE,
     End,
     Method,
     Optimum,
+    approached,
     as_good,
     explore,
     finished,
     is_as_good_as_can_be,
     lessen,
     nelder_mead,
-    polish,
     rank,
     scan,
     spread_out,
@@ -57,8 +56,6 @@ NODES = 64
 """Actuations at which each cell is searched for gaits; neighbouring cells give more."""
 POLISHED = 4
 """Gaits of each cell that are polished."""
-HALTS = 0.25, 0.5, 0.75, 1.0
-"""Shares of the way from one cell to the next at which optima are looked for."""
 KEPT = 4
 """Ends of searches that are remembered for each case and goal."""
 ROUNDS = 8
@@ -100,22 +97,13 @@ class Case:
         return Objective(self.animal, math.radians(self.slope_deg), self.heading, self.family, goal, self.of)
 
 
-def approached(case: Case, goal: Goal, origins: Sequence[tuple[Case, Candidate]], ends: Sequence[End]) -> list[End]:
-    """Search a case from optima of its neighbours by way of what lies in between; return all ends, the best first."""
+def approached_from(
+    case: Case, goal: Goal, origins: Sequence[tuple[Case, Candidate]], ends: Sequence[End]
+) -> list[End]:
+    """Search a case from optima of its neighbours (see `legspring.optimisation.approached`); return all ends."""
     found = list(ends)
     for origin, candidate in origins:
-        for share in HALTS:
-            slope_deg, heading = (
-                getattr(origin, name) + share * (getattr(case, name) - getattr(origin, name))
-                for name in ("slope_deg", "heading")
-            )
-            objective = replace(case, slope_deg=slope_deg, heading=heading).objective(goal)
-            end = polish(objective, candidate, iterations=FIRST_ITERATIONS)
-            if end is None:
-                break
-            candidate = end.candidate
-        else:
-            found += explore(objective, [candidate])
+        found += approached(case.objective(goal), origin.objective(goal), candidate)
     return sorted(found, key=lambda end: end.score.total)[:KEPT]
 
 
@@ -266,7 +254,7 @@ def look_closer(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]
     """Search the cases that stand out by way of what lies between them and their neighbours; pass on what is found."""
     doubts = doubtful(cases, ends)
     tasks = [(cases[spot], goal, origins_of(cases, ends, spot, goal), ends[spot, goal]) for spot, goal in doubts]
-    found = dict(zip(doubts, pool.run(approached, tasks, "searching more closely"), strict=True))
+    found = dict(zip(doubts, pool.run(approached_from, tasks, "searching more closely"), strict=True))
     fresh = {key for key in doubts if is_better(ends[key], found[key])}
     ends |= found
     pass_on(cases, ends, improved, 2, is_better, pool, fresh)

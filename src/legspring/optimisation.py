@@ -6,6 +6,7 @@ minimum is often not unique. The thesis's own method, Nelder and Mead's on its p
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import Literal, NamedTuple, get_args
@@ -38,6 +39,12 @@ MOST_AT_NODE = 3
 """Solutions kept at each actuation."""
 POLISHED = 24
 """Gaits that are polished."""
+FEW_NODES, FEW_POLISHED = 64, 4
+"""The same in each of the neighbouring cells."""
+SLOPE_AWAY, HEADING_AWAY = np.radians(5.0), 0.05
+"""How far away these are, rad."""
+HALTS = 0.25, 0.5, 0.75, 1.0
+"""Shares of the way from one cell to the next at which optima are looked for."""
 APART = 0.35
 """Difference of phases between starts of polishing, rad."""
 TIE = 1e-3
@@ -170,7 +177,36 @@ def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
     if method == "nelder-mead":
         return thesis_search(objective, candidates)
     ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
+    if not ends or not is_as_good_as_can_be(objective, ends[0]):
+        for origin in around(objective):
+            near = explore(origin, spread_out(rank(origin, scan(origin.trial, seed, FEW_NODES)), FEW_POLISHED))
+            ends += approached(objective, origin, near[0].candidate) if near else []
+            objective.evaluations += origin.evaluations
+        ends.sort(key=lambda end: end.score.total)
     return settle(objective, ends, candidates)
+
+
+def around(objective: Objective) -> list[Objective]:
+    """Return the same in neighbouring cells: some gaits are easily found there, and can be followed from there."""
+    animal, slope, heading = objective.trial.setting.animal, objective.trial.setting.slope, objective.trial.heading
+    found = []
+    for d_slope, d_heading in ((SLOPE_AWAY, 0.0), (-SLOPE_AWAY, 0.0), (0.0, HEADING_AWAY), (0.0, -HEADING_AWAY)):
+        with suppress(ValueError):  # there is no such slope, or heading
+            animal.desired_speed(slope + d_slope)
+            found.append(objective.at(slope + d_slope, heading + d_heading))
+    return found
+
+
+def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
+    """Search from an optimum of another cell by way of what lies in between; return the ends, the best first."""
+    start, target = (np.array([o.trial.setting.slope, o.trial.heading]) for o in (origin, objective))
+    for share in HALTS:
+        halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
+        end = polish(halt, candidate, iterations=FIRST_ITERATIONS)
+        if end is None:
+            return []
+        candidate = end.candidate
+    return explore(objective, [candidate])
 
 
 def trade_off(

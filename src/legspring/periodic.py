@@ -33,8 +33,8 @@ RANGES = {
     "yaw_rate": (-1.0, 1.0),
     "turn": (-0.8, 0.8),
 }
-"""Where searches start, in units of v_des, t_des and rad, in the order of a start; an animal whose legs have no
-mirror images may go anywhere."""
+"""Where searches start, in units of v_des, t_des (where steps end at touch-downs: of the time for a leg's length) and
+rad, in the order of a start; an animal whose legs have no mirror images may go anywhere."""
 
 
 class PeriodicProblem(BaseProblem):
@@ -55,8 +55,12 @@ class PeriodicProblem(BaseProblem):
         if self.setting.isotropic and not self.setting.mirrored and "yaw_rate" not in self.setting.conserved:
             kept.add("yaw")
         self.free = [name for name in self.names if name not in kept]
-        lengths = {"speed", "Dx", "Dy"}
-        self._units = [self.setting.step_length if name in lengths else 1.0 for name in self.names]
+        length = self.setting.step_length
+        units = dict.fromkeys(("speed", "Dx", "Dy"), length)
+        if self.setting.event_driven:
+            # The step duration is a unit of time that somebody has chosen: turning is measured by the speed.
+            units["yaw_rate"] = length / max(leg.length for leg in animal.legs)
+        self._units = [units.get(name, 1.0) for name in self.names]
         self._rows = [self.names.index(name) for name in self.free]
 
     def _check_steps(self) -> None:

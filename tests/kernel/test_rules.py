@@ -126,7 +126,7 @@ def tripods(mobility: float | None, changes: dict[int, float], law: Law = sinuso
 
 CASES = {
     "hopper": case([leg(**HOPPING)], DOWN, [0.0], 10.0),
-    "hopper that yaws": case([leg((0.02, 0.05), **HOPPING)], [*DOWN, 0.0, 0.0, 0.02, 0.1], [0.0], 10.0, 20.0),
+    "hopper that yaws": case([leg((0.02, 0.05), **HOPPING)], [*DOWN, 0.0, 0.0, 0.02, -0.1], [0.0], 10.0, 5.0),
     "active hopper": case([leg(ldev=-0.1, phase=0.2, **HOPPING)], DOWN, [0.0], 10.0),
     "damped hopper": case([leg(damping=0.8, **HOPPING)], DOWN, [0.0], 10.0),
     "hopper by a formula": case([leg(ldev=-0.1, phase=0.2, damping=0.3, **HOPPING)], DOWN, [0.0], 10.0, law=rising),

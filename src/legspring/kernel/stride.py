@@ -421,14 +421,8 @@ def time_to_fall(w: Walker) -> float:
 
 @formula
 def has_fallen(w: Walker) -> bool:
-    """Whether the centre of mass, or the hip of a leg that touches down on the ground, is below the ground."""
-    if w.clock[SIDE_VIEW] == 0.0:
-        return False
-    lean, lowest = turn(w.y), 0.0
-    for i in range(w.contacts.shape[0]):
-        if w.legs[i, TRIGGER, 0] == GROUND:
-            lowest = min(lowest, hip(w.legs[i, HIP_X, 0], w.legs[i, HIP_Y, 0], lean)[1])
-    return w.y[Y, 0] + lowest < w.ground[0]
+    """Whether the centre of mass is below the ground on which legs touch down."""
+    return w.clock[SIDE_VIEW] != 0.0 and w.body[GRAVITY, 0] > 0.0 and w.y[Y, 0] < w.ground[0]
 
 
 @shared(numba.int64, WALKER, numba.float64, numba.float64, TAPE)
