@@ -12,6 +12,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 HERE = ["--slope", "45", "--heading", "0.15"]
@@ -122,9 +123,12 @@ def started(command: list[str], folder: Path) -> "subprocess.Popen[str]":
 
 def family(parent: int) -> list[int]:
     """Return the processes that a process has started, and itself, where the system says so."""
-    children = Path(f"/proc/{parent}/task/{parent}/children")
-    tasks = children.parent.parent.glob("*/children") if children.exists() else ()
-    return [parent, *(int(child) for task in tasks for child in task.read_text().split())]
+    found = [parent]
+    for task in Path(f"/proc/{parent}/task").glob("*/children"):
+        # Threads come and go.
+        with suppress(OSError):
+            found += map(int, task.read_text().split())
+    return found
 
 
 def is_alive(number: int) -> bool:
