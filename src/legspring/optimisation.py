@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from legspring.checks import LARGEST_SEED, checked_slope, checked_whole
+from legspring.checks import LARGEST_SEED, checked_choice, checked_slope, checked_whole
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
@@ -162,8 +162,7 @@ def optimize(
     (0.7071, 'default')
     """
     angle, seed = checked_slope(slope, slope_deg), checked_whole("seed", seed, 0, LARGEST_SEED)
-    if method not in ("default", "nelder-mead"):
-        raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
+    checked_choice("method", method, ("default", "nelder-mead"))
     # Matrices are tiny: threads would only get in each other's way, and round differently.
     with threadpool_limits(1):
         found = [
