@@ -404,3 +404,12 @@ def test_the_program_reports_errors_by_its_exit_status() -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("legspring: no animal 'roach': must be a preset (climbing_template, cockroach, ")
     assert done.stderr.endswith(" or a TOML file\n") and done.stderr.count("\n") == 1
+
+
+def test_what_is_missing_is_said(tmp_path: Path) -> None:
+    (tmp_path / "hopper.toml").write_text('like = "spring_loaded_inverted_pendulum"\nangle_deg = 180')
+    shown = run("gaits", str(tmp_path / "hopper.toml")).stdout
+    reason = "the gait stays where it is: there is no distance to go by"
+    assert f"branch 0: no transport cost; {reason}" in shown
+    (found,) = records("gaits", str(tmp_path / "hopper.toml"))
+    assert found["transport_cost"] is None and found["missing"]["transport_cost"] == reason

@@ -46,6 +46,7 @@ ATTRIBUTES = (
         "reduced_eigenvalue",
         "multipliers",
         "conserved",
+        "missing",
         "transport_cost",
         "work",
         "peak_force",
@@ -169,6 +170,8 @@ def print_gaits(search: "Search") -> None:
     for gait in search.gaits:
         if gait.grazes:
             print(f"branch {gait.branch}: a leg lifts off at {gait.grazing:.2g} m/s only; its stability is doubtful")
+        if "transport_cost" in gait.missing:
+            print(f"branch {gait.branch}: no transport cost; {gait.missing['transport_cost']}")
     print(search.summary())
 
 

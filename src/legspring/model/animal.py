@@ -155,7 +155,7 @@ class Animal(Frozen):
     @property
     def conservative(self) -> bool:
         """Whether the legs do no work, so that energy is conserved where gravity does none."""
-        return not any(leg.actuation or leg.damping or leg.stance or leg.length_law for leg in self.legs)
+        return all(leg.passive for leg in self.legs)
 
     @property
     def sagittal(self) -> bool:
