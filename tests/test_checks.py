@@ -49,6 +49,7 @@ NONE: list[Any] = [
     np.array([45.0]),
     np.array("45"),
     [45.0],
+    range(10**12),
     float("nan"),
     np.inf,
     -np.inf,

@@ -36,6 +36,9 @@ def _number(value: Any) -> float:
     """Return a number as a float; nan if it is none."""
     try:
         if not isinstance(value, numbers.Real):
+            # What is no array may be too long to be made one.
+            if not hasattr(value, "__array__"):
+                return math.nan
             array = np.ma.asanyarray(value)
             if array.ndim or array.dtype.kind not in "fiu" or np.ma.is_masked(array):
                 return math.nan

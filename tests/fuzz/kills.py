@@ -40,6 +40,8 @@ COMMANDS = {
 LONGEST = {"presets": 6.0, "atlas": 9.0, "optimize": 6.0, "reproduce": 12.0}
 """Latest moment to stop a command, s; 4 s for the others."""
 SIGNALS = {signal.SIGINT: (130, "interrupted"), signal.SIGTERM: (143, "terminated"), signal.SIGKILL: (-9, "")}
+START = 0.5
+"""How long Python may take before the program is there to answer, s."""
 SAID = ("legspring: compiling", "each/", "left out")
 """How lines on the error stream may begin that are about the work."""
 
@@ -92,6 +94,9 @@ def stopped(
     lines = [line for line in errors.splitlines() if not line.startswith(SAID)]
     if program.returncode == 0:
         status, words = 0, ""
+    elif seconds < START and how == signal.SIGTERM and program.returncode == -how:
+        # Python itself was still starting.
+        status, words = -how, ""
     if program.returncode != status:
         yield f"status {program.returncode}: {errors[-300:]}"
     if lines != ([f"legspring: {words}"] if words else []):

@@ -1,6 +1,7 @@
 """The functions of the package: whatever they are given, there is a result, or an error of one line."""
 
 import math
+import time
 from collections.abc import Callable
 from functools import cache
 from typing import Any
@@ -14,6 +15,8 @@ from hypothesis import strategies as st
 import legspring as ls
 from tests.fuzz.trying import OUTCOMES, examples, odd, refused
 
+LONGEST = 120.0
+"""Most that one call may take, s of processor time; almost all take less than one."""
 MISSING = {"foot", "leg_length", "free_length"}
 """What a simulation says of legs in stance only."""
 FACTORS = {
@@ -73,12 +76,16 @@ def place(draw: st.DrawFn, animal: ls.Animal) -> dict[str, Any]:
 
 def tried(what: str, call: Callable[[], Any]) -> Any:
     """Return what a call returns; None if it ends with an error that is allowed."""
+    before = time.process_time()
     with np.errstate(all="ignore"):
         try:
             result = call()
         except (ValueError, ArithmeticError) as error:
             refused(what, error)
             return None
+        finally:
+            # The first one may compile.
+            assert time.process_time() - before < LONGEST, "it takes too long"
     OUTCOMES[f"{what}: result"] += 1
     return result
 
