@@ -286,5 +286,5 @@ def test_a_front_stays_within_its_bounds(trade: list[Gait]) -> None:
 
 def test_trade_offs_of_nothing(roach: Animal) -> None:
     assert trade_off(roach, slope_deg=0, heading=0.0, family="B") == []
-    with pytest.raises(ValueError, match="points = 1: must be at least 2"):
+    with pytest.raises(ValueError, match="points = 1: must be a whole number from 2 to 1000"):
         trade_off(roach, slope_deg=10, heading=0.15, family="A", points=1)

@@ -7,7 +7,6 @@ minimum is often not unique. The thesis's own method, Nelder and Mead's on its p
 
 import math
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import Literal, NamedTuple, get_args
@@ -42,10 +41,11 @@ POLISHED = 24
 """Gaits that are polished."""
 FEW_NODES, FEW_POLISHED = 32, 2
 """The same in each of the places around."""
-AROUND = ((5.0, 0.0), (-5.0, 0.0), (15.0, 0.0), (-15.0, 0.0), (0.0, 0.05), (0.0, -0.05))
-"""How far away these are: slope (deg), heading (rad)."""
-HALTS = 0.25, 0.5, 0.75, 1.0
-"""Shares of the way from one cell to the next at which optima are looked for."""
+NEAR = ((5.0, 0.0), (-5.0, 0.0), (15.0, 0.0), (-15.0, 0.0), (0.0, 0.05), (0.0, -0.05))
+FAR = ((-30.0, 0.0), (30.0, 0.0), (-45.0, 0.0))
+"""How far away these are: slope (deg), heading (rad); the far ones are for when nothing else was found."""
+LEAST_HALTS, HALT = 4, math.radians(3.0)
+"""On the way from one place to another optima are looked for so often, or every so much of the slope."""
 APART = 0.35
 """Difference of phases between starts of polishing, rad."""
 TIE = 1e-3
@@ -179,29 +179,34 @@ def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
         return thesis_search(objective, candidates)
     ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
     if not ends or not is_as_good_as_can_be(objective, ends[0]):
-        for origin in around(objective):
-            near = explore(origin, spread_out(rank(origin, scan(origin.trial, seed, FEW_NODES)), FEW_POLISHED))
-            ends += approached(objective, origin, near[0].candidate) if near else []
-            objective.evaluations += origin.evaluations
-        ends.sort(key=lambda end: end.score.total)
+        ends += from_around(objective, NEAR, seed)
+    if not ends:
+        ends += from_around(objective, FAR, seed)
+    ends.sort(key=lambda end: end.score.total)
     return settle(objective, ends, candidates)
 
 
-def around(objective: Objective) -> list[Objective]:
-    """Return the same in places around: gaits that are rare here may be found there, and followed from there."""
+def from_around(objective: Objective, places: Sequence[tuple[float, float]], seed: int) -> list[End]:
+    """Search from the optima of places around: gaits that are rare here may be found there, and followed from there."""
     animal, slope, heading = objective.trial.setting.animal, objective.trial.setting.slope, objective.trial.heading
-    found = []
-    for change_deg, turn in AROUND:
-        with suppress(ValueError):  # there is no such slope, or heading
+    ends: list[End] = []
+    for change_deg, turn in places:
+        try:
             animal.desired_speed(slope + math.radians(change_deg))
-            found.append(objective.at(slope + math.radians(change_deg), heading + turn))
-    return found
+            origin = objective.at(slope + math.radians(change_deg), heading + turn)
+        except ValueError:  # there is no such slope, or heading
+            continue
+        near = explore(origin, spread_out(rank(origin, scan(origin.trial, seed, FEW_NODES)), FEW_POLISHED))
+        ends += approached(objective, origin, near[0].candidate) if near else []
+        objective.evaluations += origin.evaluations
+    return ends
 
 
 def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
     """Search from an optimum of another place by way of what lies in between; return the ends, the best first."""
     start, target = (np.array([o.trial.setting.slope, o.trial.heading]) for o in (origin, objective))
-    for share in HALTS:
+    count = max(LEAST_HALTS, round(abs(float(target[0] - start[0])) / HALT))
+    for share in (np.arange(count) + 1.0) / count:
         halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
         end = polish(halt, candidate, iterations=FIRST_ITERATIONS)
         if end is None:
