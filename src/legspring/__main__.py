@@ -11,6 +11,7 @@ import signal
 import sys
 import threading
 import traceback
+import warnings
 from contextlib import suppress
 from types import FrameType
 
@@ -102,6 +103,9 @@ def main() -> None:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, stop)
     streams()
+    if not os.environ.get("LEGSPRING_DEBUG"):
+        # What libraries warn of is for developers; what a user has to know is said otherwise.
+        warnings.simplefilter("ignore")
     log = logging.getLogger("legspring")
     log.addHandler(Notices())
     log.setLevel(logging.INFO)

@@ -221,7 +221,7 @@ def gaits(
     as_json: Json = False,
     figure: FigureFile = None,
 ) -> None:
-    """Find all gaits at one slope and heading; --figure draws the first one.
+    """Find the gaits at one slope and heading; --figure draws the first one.
 
     Example: legspring gaits cockroach --slope 45 --heading 0.15
 
@@ -347,7 +347,7 @@ def atlas(
         Path | None, typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis into this directory.")
     ] = None,
 ) -> None:
-    """Map all gaits over slope and heading into a file.
+    """Map the gaits over slope and heading into a file.
 
     Example: legspring atlas cockroach --out atlas.nc --figures maps
 

@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import os
+import platform
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PathLike = str | os.PathLike[str]
+MARK = f"legspring-{hashlib.sha256(platform.node().encode()).hexdigest()[:8]}-"
+"""What tells our unfinished files, those of this machine, from everybody else's."""
 
 
 def check_output(path: PathLike, suffixes: Sequence[str]) -> None:
@@ -53,7 +56,7 @@ def whole_file(path: PathLike) -> Iterator[Path]:
     # Through links, to the file that they stand for.
     target = Path(os.path.realpath(path))
     # In the same directory, and so on the same disk, where moving is atomic.
-    temporary = target.with_name(f".{target.name}.{os.getpid()}.part")
+    temporary = target.with_name(f".{target.name}.{MARK}{os.getpid()}.part")
     remove_abandoned(target.parent)
     with undone_by(temporary.unlink):
         try:
@@ -67,8 +70,8 @@ def whole_file(path: PathLike) -> Iterator[Path]:
 
 def remove_abandoned(directory: Path) -> None:
     """Remove what `whole_file` was about to write when its process was killed."""
-    for part in directory.glob(".*.part"):
-        number = part.suffixes[-2][1:] if len(part.suffixes) > 1 else ""
+    for part in directory.glob(f".*.{MARK}*.part"):
+        number = part.name.removesuffix(".part").rpartition(MARK)[2]
         if number.isdecimal() and not is_running(int(number)):
             # Where files in use cannot be removed, this fails, and is meant to.
             with suppress(OSError):

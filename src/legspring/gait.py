@@ -30,6 +30,8 @@ GRAZING = 0.01
 """Rate at lift-off, in units of v_des, below which a leg grazes."""
 
 
+LEAST_ISOLATION = 1e-8
+"""Singular value below which what is left of the conditions, about 1e-13, says nothing about an unknown."""
 NOWHERE = 1e-6
 """Progress of a step, by the path that its speed would take, below which there is none."""
 
@@ -43,6 +45,8 @@ class Invalid(StrEnum):
     IDLE = "a leg bears less than a thousandth of the weight"
     OLD_LEGS = "the legs down at the start are not those that the step before leaves down"
     DEPARTS = "the motion does not repeat itself"
+    NOT_ISOLATED = "nothing fixes it: it is one of many, as close together as one likes"
+    UNCONFIRMED = "it is no solution when looked at more closely"
 
 
 @dataclass(frozen=True)
@@ -74,6 +78,9 @@ class Gait:
     drift
         Largest change of the unknowns (speed in units of v_des, phases in rad) from an integration at an accuracy of
         1e-10 to one at 1e-12.
+    isolation
+        Smallest singular value of the Jacobian of the conditions, of an animal that is not tuned: how clearly they tell
+        this gait from those next to it.
     """
 
     animal: Animal = field(repr=False)
@@ -85,6 +92,7 @@ class Gait:
     actuation: tuple[float, ...]
     residual: float
     drift: float = math.nan
+    isolation: float = math.nan
     branch: int = -1
     yaw: float = 0.0
     yaw_rate: float = 0.0
@@ -98,7 +106,7 @@ class Gait:
     @property
     def slope_deg(self) -> float:
         """Slope in degrees."""
-        return math.degrees(self.slope)
+        return round(math.degrees(self.slope), 12)
 
     @property
     def start(self) -> Start:
@@ -175,7 +183,11 @@ class Gait:
                 return Invalid.OLD_LEGS, old.name
         largest = float(np.max(np.abs(self.multipliers)))
         found = departure(self.setting, self.phase, self.start, largest)
-        return None if found is None else (Invalid.DEPARTS, found.what)
+        if found is not None:
+            return Invalid.DEPARTS, found.what
+        if self.isolation < LEAST_ISOLATION:
+            return Invalid.NOT_ISOLATED, f"its conditions have a singular value of {self.isolation:.1g}"
+        return None
 
     @cached_property
     def reduced_eigenvalue(self) -> float:

@@ -5,6 +5,8 @@ Where energy is conserved there is a gait at every speed, and the desired one is
 """
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -51,8 +53,11 @@ class PeriodicProblem(BaseProblem):
         self.names = state_names(self.setting, memory=not self.setting.event_driven)
         # Where energy is conserved, the speed comes back if the rest does.
         kept = {"speed"} if "energy" in self.setting.conserved else set()
-        # Where all directions are alike, any will do; that the body does not turn is left to `legspring.repetition`.
-        if self.setting.isotropic and not self.setting.mirrored and "yaw_rate" not in self.setting.conserved:
+        # A body that nothing turns is one that does not turn, and any yaw will do; so it does where all directions are
+        # alike. That the body does not turn there is left to `legspring.repetition`.
+        if "yaw_rate" in self.setting.conserved:
+            kept |= {"yaw", "yaw_rate"}
+        elif self.setting.isotropic and not self.setting.mirrored:
             kept.add("yaw")
         self.free = [name for name in self.names if name not in kept]
         length = self.setting.step_length
@@ -88,7 +93,7 @@ class PeriodicProblem(BaseProblem):
         """Return the start of a step with some unknowns."""
         units = dict(zip(self.names, self._units, strict=True))
         state = dict(units)
-        state |= {name: 0.0 for name in ANGLES if name in state}
+        state |= {name: 0.0 for name in ("heading", "yaw", "yaw_rate") if name in state}
         state |= {name: units[name] * value for name, value in zip(self.free, z.tolist(), strict=True)}
         duration = self.setting.step_duration
         displacement = (state["Dx"], state["Dy"]) if "Dx" in state else None
@@ -100,10 +105,14 @@ class PeriodicProblem(BaseProblem):
         """Return what a step changes in the unknowns, ``(n,)``, and its derivatives."""
         return self._residual(z, accuracy)[:2]
 
+    def _in_range(self, z: Sequence[float] | Floats) -> bool:
+        """Whether the speed is from 0.2 to 5 times that of the speed law, further from which nothing is looked for."""
+        return "speed" not in self.free or SLOWEST < z[self.free.index("speed")] < FASTEST
+
     def _residual(self, z: Floats, accuracy: float) -> tuple[Floats, Floats, int]:
         """Return the same, and how often the equations of motion were evaluated."""
         broken = np.full(self.size, BROKEN), np.eye(self.size)
-        if "speed" in self.free and not SLOWEST < z[self.free.index("speed")] < FASTEST:
+        if not self._in_range(z):
             return *broken, 0
         start, phase = self.start(z), self.setting.animal.phase
         try:
@@ -130,14 +139,14 @@ class PeriodicProblem(BaseProblem):
 
     def _solve(self, z: Floats, accuracy: float, goal: float) -> tuple[Floats, int, float, float, int, int]:
         """Search from one start."""
-        evaluations = 0
+        evaluations, strayed = 0, False
 
         # The method asks for values and derivatives at the same place, one after the other.
         @lru_cache(maxsize=1)
         def at(z: tuple[float, ...]) -> tuple[Floats, Floats]:
-            nonlocal evaluations
+            nonlocal evaluations, strayed
             left, by, taken = self._residual(np.array(z), accuracy)
-            evaluations += taken
+            evaluations, strayed = evaluations + taken, strayed or not self._in_range(z)
             return left, by
 
         found = least_squares(
@@ -151,7 +160,8 @@ class PeriodicProblem(BaseProblem):
             max_nfev=MOST_EVALUATIONS,
         )
         largest = float(np.max(np.abs(found.fun)))
-        ending = newton.CONVERGED if largest <= goal else newton.BROKEN if largest >= BROKEN else newton.STALLED
+        ending = newton.BROKEN if largest >= BROKEN else newton.OUT_OF_RANGE if strayed else newton.STALLED
+        ending = newton.CONVERGED if largest <= goal else ending
         return found.x, ending, largest, float(np.sum(found.fun**2)), found.nfev, evaluations
 
     def wrapped(self, z: Floats) -> Floats:
@@ -179,11 +189,17 @@ class PeriodicProblem(BaseProblem):
     def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
         """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
         found = self.solve(z, self.finest, self.goal)
-        squares = float(found.squares[0])
-        if not found.residuals[0] < 100.0 * self.goal:
+        squares, residual = float(found.squares[0]), float(found.residuals[0])
+        if not residual < 100.0 * self.goal:
             return None, squares
-        setting, start = self.setting, self.start(found.z[0])
-        gait = Gait(
+        by = self.residual(found.z[0], self.finest)[1]
+        isolation = float(np.linalg.svd(by, compute_uv=False)[-1])
+        return replace(self.candidate(found.z[0], residual), isolation=isolation), squares
+
+    def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
+        """Return unknowns in the form of a gait, whether they are one or not."""
+        setting, start = self.setting, self.start(z)
+        return Gait(
             animal=setting.animal,
             slope=setting.slope,
             heading=start.heading,
@@ -191,9 +207,8 @@ class PeriodicProblem(BaseProblem):
             speed=start.speed,
             phase=setting.animal.phase,
             actuation=setting.animal.actuation,
-            residual=float(found.residuals[0]),
+            residual=residual,
             yaw=start.yaw,
             yaw_rate=start.yaw_rate,
             displacement=start.displacement,
         )
-        return gait, squares

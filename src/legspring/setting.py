@@ -16,6 +16,8 @@ from legspring.model import Animal, Leg
 ACCURACY = 1e-10
 """Default relative accuracy of states."""
 TIGHT = 1e-12
+LEVEL = 1e-10
+"""Slope, rad, below which it is rounding: gravity does less in a step than can be told."""
 
 
 def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> float:
@@ -177,16 +179,17 @@ class Setting:
     @property
     def level(self) -> bool:
         """Whether gravity does no work along the ground."""
-        return self.animal.sagittal or math.sin(self.slope) == 0.0
+        return self.animal.sagittal or abs(self.slope) < LEVEL
 
     @property
     def conserved(self) -> tuple[str, ...]:
-        """What no step changes: energy, the direction where all are alike, the yaw rate where no leg turns the body."""
+        """What no step changes: energy, the direction where all are alike, how a body turns that no leg turns."""
         turned = any(coordinate for leg in self.animal.legs for coordinate in leg.hip)
         found = {
             "energy": self.animal.conservative and self.level,
             "direction": self.isotropic,
             "yaw_rate": self.rows == 6 and not turned,
+            "yaw": self.rows == 6 and not turned and not self.isotropic,
         }
         return tuple(name for name, is_so in found.items() if is_so)
 

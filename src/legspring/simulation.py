@@ -84,7 +84,8 @@ def simulation(
             "heading": start.heading,
             "speed": start.speed,
             "desired_speed": setting.desired_speed,
-            "step_duration": setting.step_duration,
+            # Where steps end at touch-downs, they last as long as they do.
+            "step_duration": setting.step_duration * (s[-1] / steps if setting.event_driven else 1.0),
         },
     )
 

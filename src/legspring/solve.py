@@ -1,6 +1,6 @@
-"""Finding all gaits of an animal at one slope and heading.
+"""Finding the gaits of an animal at one slope and heading.
 
-Why this is complete: right after touch-down the force of a leg has the sign of the rate of its gap,
+Where tuned animals are searched: right after touch-down the force of a leg has the sign of the rate of its gap,
 
     d(|r| - l)/dt = -v cos(beta - heading) - theta' (dx cos(beta) + dy sin(beta)) + ldev (pi/t_des) cos(phi),
 
@@ -8,7 +8,7 @@ so that the leg's function bounds the cosine of its phase: all gaits at initial 
 rates within `YAW_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box,
 and may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
 until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
-nothing else.
+nothing else for the thesis's cockroach. That is evidence, and no proof.
 """
 
 import math
@@ -187,6 +187,10 @@ class BaseProblem(ABC):
         """Return a gait's unknowns, to start from."""
 
     @abstractmethod
+    def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
+        """Return unknowns in the form of a gait, whether they are one or not."""
+
+    @abstractmethod
     def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
         """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
 
@@ -231,6 +235,7 @@ class BaseProblem(ABC):
         for z in zeros:
             solution = self.gait(z)
             if solution is None:
+                rejections.append(Rejection(Invalid.UNCONFIRMED, f"accuracy {self.finest:g}", self.candidate(z)))
                 continue
             fine = self.unknowns(solution)
             if self._is_among(fine, met):
@@ -468,7 +473,7 @@ def search_gaits(
     starts: int = STARTS,
     progress: bool = False,
 ) -> Search:
-    """Search for all gaits at one slope and heading, and say what was found on the way.
+    """Search for gaits at one slope and heading, and say what was found on the way.
 
     Parameters
     ----------
@@ -526,7 +531,7 @@ def find_gaits(
     actuation: ArrayLike | None = None,
     starts: int = STARTS,
 ) -> list[Gait]:
-    """Find all gaits at one slope and heading, by branch; the list is empty where there is none.
+    """Find the gaits at one slope and heading, by branch; the list is empty where the search finds none.
 
     Parameters and errors are those of `search_gaits`, which also says what was rejected and why.
 

@@ -130,7 +130,7 @@ def find_all(
     workers: int | None = None,
     progress: bool = False,
 ) -> tuple[dict[tuple[int, int], tuple[Gait, ...]], dict[str, int]]:
-    """Find all gaits on a grid, by searching in every cell and continuing what is found to the neighbours.
+    """Find the gaits on a grid, by searching in every cell and continuing what is found to the neighbours.
 
     Returns
     -------
@@ -198,7 +198,7 @@ def atlas(
     workers: int | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Map all gaits of an animal over slope and heading.
+    """Map the gaits of an animal over slope and heading.
 
     Parameters
     ----------

@@ -152,3 +152,15 @@ def test_recovery_is_as_quick_as_the_multipliers_say(driven: Gait, impulse: floa
     assert neutral == pytest.approx(1.0, abs=1e-9)
     assert last_strides == pytest.approx(slowest**10, rel=1e-3)
     assert recovery.recovered
+
+
+def test_a_push_is_over_before_anything_is_back() -> None:
+    """It begins after an eighth of the gait's own step, whatever the unit of time, and ends in that or a later one."""
+    damped = load_animal("lateral_leg_spring").replace(speed_law=0.3, damping=0.01)
+    found = []
+    for unit in (0.05, 0.4, 2.0):
+        gait = ls.find_gaits(damped.replace(step_law=unit), slope_deg=-5.0)[0]
+        found.append((gait.recover(0.3).steps, gait.recover(0.3).distance[1]))
+    assert all(distance > 1e-3 for _, distance in found)
+    assert [steps for steps, _ in found] == [found[0][0]] * 3
+    assert [distance for _, distance in found] == pytest.approx([found[0][1]] * 3, rel=1e-6)

@@ -1,5 +1,6 @@
 """Recovery from a push across the way, or along it in a side view: from the animal's left, or from behind."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,8 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_number
 from legspring.kernel.run import run
-from legspring.kernel.walker import VX, VY, YAW
-from legspring.returnmap import REASONS, Start
+from legspring.kernel.walker import TIME, VX, VY, YAW
+from legspring.returnmap import REASONS, Start, flow
 from legspring.setting import ACCURACY, Setting
 
 BEGIN = 1.0 / 8.0
@@ -53,14 +54,14 @@ class Recovery:
         return self.steps is not None
 
 
-def push_knots(setting: Setting, impulse: float) -> NDArray[np.float64]:
+def push_knots(setting: Setting, impulse: float, step: float = 1.0) -> NDArray[np.float64]:
     """Return the push as knots (time, x, y) of an acceleration, in the kernel's units.
 
-    A triangle in time whose area is the impulse times v_des.
+    A triangle in time whose area is the impulse times v_des; the first step lasts ``step`` step durations.
     """
     t_des = setting.step_duration
     peak = 2.0 * impulse * setting.desired_speed / LENGTH * t_des**2
-    times = BEGIN + np.array([0.0, TO_PEAK, LENGTH]) / t_des
+    times = BEGIN * step + np.array([0.0, TO_PEAK, LENGTH]) / t_des
     return np.column_stack([times, [0.0, peak, 0.0], np.zeros(3)])
 
 
@@ -81,7 +82,7 @@ def recover(
     ValueError
         If the impulse is out of range, or the animal's legs do no work, so that it keeps what it is given.
     """
-    if setting.animal.conservative:
+    if "energy" in setting.conserved:
         raise ValueError(
             f"animal = {setting.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
             "this one conserves energy and keeps what it is given"
@@ -89,12 +90,15 @@ def recover(
     valid = f"a finite number of m v_des, within +-{LARGEST_IMPULSE:g}"
     impulse = checked_number("impulse", impulse, valid, LARGEST_IMPULSE)
     legs = setting.legs(phase)[:, :, None]
+    # Where steps end at touch-downs, the step duration is but a unit of time.
+    step = float(flow(setting, phase, start)[0].clock[TIME]) if setting.event_driven else 1.0
+    push = push_knots(setting, impulse, step)
     status, _, tape = run(
         setting.body[:, None],
         legs,
         setting.side,
         setting.offset,
-        push_knots(setting, impulse),
+        push,
         start.in_kernel_units(setting)[:, None],
         setting.rows,
         float(STEPS),
@@ -103,7 +107,9 @@ def recover(
         0,
     )
     distance = distances(setting, tape.touchdowns)
-    return Recovery(impulse, steps_to_recover(distance), distance, settled_elsewhere(distance), REASONS.get(status))
+    # Nothing is back before the push is over.
+    steps = steps_to_recover(distance, math.ceil(push[-1, 0] / step))
+    return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(status))
 
 
 def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -120,13 +126,15 @@ def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float
     if setting.mirrored:
         velocity[1::2, 0] *= -1.0
     change = np.abs(velocity - velocity[0]) / setting.step_length
-    result: NDArray[np.float64] = np.maximum(change[:, 0] / np.tan(ANGLE), change[:, 1])
+    # From the side, x is the way ahead.
+    ahead, across = (0, 1) if setting.animal.sagittal else (1, 0)
+    result: NDArray[np.float64] = np.maximum(change[:, across] / np.tan(ANGLE), change[:, ahead])
     return result
 
 
-def steps_to_recover(distance: NDArray[np.float64]) -> int | None:
-    """First step whose distance is below 1 % when the next one is closer still, or below 0.1 %."""
-    for step in range(1, len(distance)):
+def steps_to_recover(distance: NDArray[np.float64], first: int = 1) -> int | None:
+    """First step, from one on, whose distance is below 1 % when the next one is closer still, or below 0.1 %."""
+    for step in range(first, len(distance)):
         here = distance[step]
         follows = step + 1 < len(distance) and distance[step + 1] < here
         if here < SURELY_BACK or (here < BACK and follows):

@@ -19,6 +19,10 @@ class ModelError(ValueError):
         super().__init__(one_line(message))
 
 
+SMALLEST, LARGEST = 1e-60, 1e60
+"""Magnitudes whose products and squares are still numbers of the machine's."""
+
+
 def require_number(value: object) -> Real:
     """Refuse what pydantic would turn into a number: True into 1.0, "3" into 3.0."""
     if not isinstance(value, Real) or isinstance(value, bool):
@@ -29,11 +33,20 @@ def require_number(value: object) -> Real:
         finite = False
     if not finite:
         raise ValueError("must be a finite number")
+    if abs(float(value)) > LARGEST:
+        raise ValueError(f"must be a number of at most {LARGEST:g}")
+    return value
+
+
+def require_size(value: float) -> float:
+    """Refuse quantities so small that what is divided by them is no number of the machine's."""
+    if value < SMALLEST:
+        raise ValueError(f"must be at least {SMALLEST:g}")
     return value
 
 
 Number = Annotated[float, BeforeValidator(require_number)]
-Positive = Annotated[Number, Field(gt=0)]
+Positive = Annotated[Number, Field(gt=0), AfterValidator(require_size)]
 
 
 def require_printable(text: str) -> str:
