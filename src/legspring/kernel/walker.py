@@ -87,8 +87,8 @@ class Walker(NamedTuple):
     phases
         ``(2, 16)``: sine and cosine of pi times the times of the stages of a step.
     struts
-        ``(16, L, 6)``: plain legs in stance at these stages, for the derivatives: from hip to foot (x, y), hip seen
-        from the centre of mass (x, y), length, gap.
+        ``(16, L, 7)``: plain legs in stance at these stages, for the derivatives: direction from hip to foot (x, y),
+        hip seen from the centre of mass (x, y), gap, and stiffness across and, less that across, along the leg.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
     flat_y, flat_k, flat_ahead, flat_room
@@ -172,7 +172,7 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         room,
         np.zeros((2, n_legs, 3)),
         np.zeros((2, 16)),
-        np.zeros((16, n_legs, 6)),
+        np.zeros((16, n_legs, 7)),
         np.zeros(width),
         np.zeros(width),
         np.zeros(width),
