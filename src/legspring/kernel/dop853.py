@@ -48,6 +48,7 @@ A = all_weights()
 AA = np.where(np.abs(A @ A) > 1e-14, A @ A, 0.0)
 A_FROM, AA_FROM = first_used(A), first_used(AA)
 C = np.concatenate([DOP853.C, [1.0], DOP853.C_EXTRA])
+C_TRIED = C[1 : STAGES + 1].copy()
 # Weights of the accelerations in the errors of orders 5 and 3 of a velocity and, times h, of a position.
 ERRORS = np.stack([DOP853.E5, DOP853.E3, DOP853.E5 @ A[:13, :13], DOP853.E3 @ A[:13, :13]], axis=1)
 DENSE = DOP853.D.copy()
@@ -156,8 +157,8 @@ def set_phases(s: float, h: float, phases: Floats) -> None:
     vector instructions.
     """
     sines, cosines = phases[0], phases[1]
-    for j in range(sines.size):
-        sines[j], cosines[j] = phase_at(s + C[j] * h)
+    for n in range(sines.size):
+        sines[n], cosines[n] = phase_at(s + C_TRIED[n] * h)
 
 
 @jit
@@ -177,7 +178,7 @@ def step(s: float, h: float, w: Walker) -> float:
         place(w.y, h, j, w.k, w.ahead)
         if j == STAGES or not plain:
             speed(w.y, h, j, w.k, w.ahead)
-        phase = w.phases[0, j], w.phases[1, j]
+        phase = w.phases[0, j - 1], w.phases[1, j - 1]
         rates(s + C[j] * h, phase, w.ahead, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
     carry(w.ahead, 0, 1, w.k[STAGES])
     w.clock[EVALUATIONS] += STAGES
@@ -195,7 +196,7 @@ def step_tangents(s: float, h: float, w: Walker) -> None:
         place_all(w.flat_y, h, j, w.flat_k, w.flat_ahead, width)
         if j == STAGES or not plain:
             speed_all(w.flat_y, h, j, w.flat_k, w.flat_ahead, width)
-        phase = w.phases[0, j], w.phases[1, j]
+        phase = w.phases[0, j - 1], w.phases[1, j - 1]
         tangent_rates(s + C[j] * h, phase, w.ahead, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
     carry(w.ahead, 1, width, w.k[STAGES])
     for row in range(w.y.shape[0]):

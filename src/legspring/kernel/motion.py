@@ -81,13 +81,15 @@ def rates(
         for i in range(contacts.shape[0]):
             if contacts[i, DOWN] != 0.0:
                 rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
-                pull = stance[i, SPRING, 0] * gap / r
+                # Quicker than a division by r, which would have to wait for the root.
+                inverse = r * (1.0 / (rx * rx + ry * ry))
+                pull = stance[i, SPRING, 0] * gap * inverse
                 ax += pull * rx
                 ay += pull * ry
                 moment += pull * (hx * ry - hy * rx)
                 if y.shape[1] > 1:
                     leg = struts[i]
-                    leg[0], leg[1], leg[2], leg[3], leg[4] = rx / r, ry / r, hx, hy, gap
+                    leg[0], leg[1], leg[2], leg[3], leg[4] = rx * inverse, ry * inverse, hx, hy, gap
                     leg[5], leg[6] = pull, stance[i, SPRING, 0] - pull
     else:
         fx, fy, moment = any_forces(s, y, stance, contacts, lean, phase)

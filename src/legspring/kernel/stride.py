@@ -358,13 +358,15 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
     """
     for _ in range(MOST_TRIES):
         error = step(s, h, w) / scale
+        # The eighth root by what takes no call.
+        factor = 0.9 / math.sqrt(math.sqrt(math.sqrt(error)))
         if not error <= 1.0:
-            h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.1
+            h *= max(0.1, factor) if error < math.inf else 0.1
             w.clock[NEXT_STEP] = h
             if h < SMALLEST_STEP * w.clock[FASTEST]:
                 return STEP_TOO_SMALL, h, 0.0, -1
             continue
-        w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
+        w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, factor))
         measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.clock, w.gaps[1])
         kind, where, leg = next_event(s, h, w.contacts, w.gaps, w.clock[FASTEST])
         if kind == NONE or (kind == HERE and s + h + where > bound):
@@ -383,9 +385,10 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
         move_end(s + h, shift, w)
         refresh(s + h + shift, w)
     else:
-        copy(w.ahead, w.y)
-        copy(w.k[12], w.k[0])
-        copy(w.struts[12], w.struts[0])
+        copy(w.flat_ahead, w.flat_y)
+        copy(w.flat_k[12], w.flat_k[0])
+        if w.y.shape[1] > 1:
+            copy(w.struts[12], w.struts[0])
         copy(w.gaps[1], w.gaps[0])
     return s + h + shift
 
