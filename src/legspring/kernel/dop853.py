@@ -92,61 +92,84 @@ def speed(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
 
 
 @formula
-def four_pushes(
-    weights: Floats, j: int, first: np.uint64, last: int, k: Floats, e: Index
-) -> tuple[float, float, float, float]:
-    """Do what `push` does for four entries of flat jets, from e on, which suits vector instructions."""
-    weight = weights[j, 0]
-    a, b, c, d = weight * k[0, e], weight * k[0, e + ONE], weight * k[0, e + TWO], weight * k[0, e + THREE]
-    for m in range(first, np.uint64(last)):
-        weight = weights[j, m]
-        a += weight * k[m, e]
-        b += weight * k[m, e + ONE]
-        c += weight * k[m, e + TWO]
-        d += weight * k[m, e + THREE]
-    return a, b, c, d
+def rows_of(n: int) -> tuple[np.uint64, np.uint64]:
+    """Rows of a position and of its velocity: x, y, yaw."""
+    return (np.uint64(n), np.uint64(n + VX)) if n < YAW - VX else (np.uint64(YAW), np.uint64(YAW_RATE))
 
 
 @formula
-def one_push(weights: Floats, j: int, first: np.uint64, last: int, k: Floats, e: int) -> float:
-    """Do it for one entry."""
-    total = weights[j, 0] * k[0, e]
+def four_pushes(
+    weights: Floats, j: int, first: np.uint64, last: int, k: Floats, row: Index, d: Index
+) -> tuple[float, float, float, float]:
+    """Do what `push` does for a row and four directions, from d on, which suits vector instructions."""
+    weight = weights[j, 0]
+    a, b, c, e = (
+        weight * k[0, row, d],
+        weight * k[0, row, d + ONE],
+        weight * k[0, row, d + TWO],
+        weight * k[0, row, d + THREE],
+    )
     for m in range(first, np.uint64(last)):
-        total += weights[j, m] * k[m, e]
+        weight = weights[j, m]
+        a += weight * k[m, row, d]
+        b += weight * k[m, row, d + ONE]
+        c += weight * k[m, row, d + TWO]
+        e += weight * k[m, row, d + THREE]
+    return a, b, c, e
+
+
+@formula
+def one_push(weights: Floats, j: int, first: np.uint64, last: int, k: Floats, row: Index, d: int) -> float:
+    """Do it for one direction."""
+    total = weights[j, 0] * k[0, row, d]
+    for m in range(first, np.uint64(last)):
+        total += weights[j, m] * k[m, row, d]
     return total
 
 
 @formula
-def place_all(y: Floats, h: float, j: int, k: Floats, out: Floats, width: int) -> None:
-    """Do what `place` does for all columns of jets, which come flat; first for x and y, then for the yaw."""
-    for start in range(0, y.size, 4 * width):
-        apart = 2 * width if start == 0 else width
-        fours = start + apart // 4 * 4
-        for index in range(start, fours, 4):
-            e, v = np.uint64(index), np.uint64(index + apart)
-            p, q, r, t = four_pushes(AA, j, AA_FROM[j], j - 1, k, v)
-            out[e] = y[e] + h * (C[j] * y[v] + h * p)
-            out[e + ONE] = y[e + ONE] + h * (C[j] * y[v + ONE] + h * q)
-            out[e + TWO] = y[e + TWO] + h * (C[j] * y[v + TWO] + h * r)
-            out[e + THREE] = y[e + THREE] + h * (C[j] * y[v + THREE] + h * t)
-        for index in range(fours, start + apart):
-            total = one_push(AA, j, AA_FROM[j], j - 1, k, index + apart)
-            out[index] = y[index] + h * (C[j] * y[index + apart] + h * total)
+def place_all(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
+    """Do what `place` does for the derivatives, in the same fours as `plain_tangents`, which reads them."""
+    width, now = y.shape[1], C[j]
+    for n in range(y.shape[0] // 2):
+        row, rate = rows_of(n)
+        if width > 4:
+            for first in range(1, width, 4):
+                d = np.uint64(min(first, width - 4))
+                p, q, r, t = four_pushes(AA, j, AA_FROM[j], j - 1, k, rate, d)
+                p, q = (
+                    y[row, d] + h * (now * y[rate, d] + h * p),
+                    y[row, d + ONE] + h * (now * y[rate, d + ONE] + h * q),
+                )
+                r = y[row, d + TWO] + h * (now * y[rate, d + TWO] + h * r)
+                t = y[row, d + THREE] + h * (now * y[rate, d + THREE] + h * t)
+                out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
+        else:
+            for d in range(1, width):
+                total = one_push(AA, j, AA_FROM[j], j - 1, k, rate, d)
+                out[row, d] = y[row, d] + h * (now * y[rate, d] + h * total)
 
 
 @formula
-def speed_all(y: Floats, h: float, j: int, k: Floats, out: Floats, width: int) -> None:
-    """Do what `speed` does for all columns."""
-    for start in range(0, y.size, 4 * width):
-        apart = 2 * width if start == 0 else width
-        fours = start + apart + apart // 4 * 4
-        for index in range(start + apart, fours, 4):
-            e = np.uint64(index)
-            p, q, r, t = four_pushes(A, j, A_FROM[j], j, k, e)
-            out[e], out[e + ONE] = y[e] + h * p, y[e + ONE] + h * q
-            out[e + TWO], out[e + THREE] = y[e + TWO] + h * r, y[e + THREE] + h * t
-        for index in range(fours, start + 2 * apart):
-            out[index] = y[index] + h * one_push(A, j, A_FROM[j], j, k, index)
+def speed_all(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
+    """Do what `speed` does for the derivatives."""
+    width = y.shape[1]
+    for n in range(y.shape[0] // 2):
+        _, row = rows_of(n)
+        if width > 4:
+            for first in range(1, width, 4):
+                d = np.uint64(min(first, width - 4))
+                p, q, r, t = four_pushes(A, j, A_FROM[j], j, k, row, d)
+                p, q, r, t = (
+                    y[row, d] + h * p,
+                    y[row, d + ONE] + h * q,
+                    y[row, d + TWO] + h * r,
+                    y[row, d + THREE] + h * t,
+                )
+                out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
+        else:
+            for d in range(1, width):
+                out[row, d] = y[row, d] + h * one_push(A, j, A_FROM[j], j, k, row, d)
 
 
 @formula
@@ -188,17 +211,20 @@ def step(s: float, h: float, w: Walker) -> float:
 @jit
 def step_tangents(s: float, h: float, w: Walker) -> None:
     """Take the derivatives along the step tried last: the same stages, so that they are those of the numbers."""
-    plain, width = w.clock[ALL_PLAIN] != 0.0, w.y.shape[1]
+    plain = w.clock[ALL_PLAIN] != 0.0
     # The values are kept, to their last digit: derivatives are not to change the motion.
     for row in range(w.y.shape[0]):
         w.room[row, 0] = w.ahead[row, 0]
     for j in range(1, STAGES + 1):
-        place_all(w.flat_y, h, j, w.flat_k, w.flat_ahead, width)
+        if not plain or w.y.shape[0] == 6:
+            place(w.y, h, j, w.k, w.ahead)
+        place_all(w.y, h, j, w.k, w.ahead)
         if j == STAGES or not plain:
-            speed_all(w.flat_y, h, j, w.flat_k, w.flat_ahead, width)
+            speed(w.y, h, j, w.k, w.ahead)
+            speed_all(w.y, h, j, w.k, w.ahead)
         phase = w.phases[0, j - 1], w.phases[1, j - 1]
         tangent_rates(s + C[j] * h, phase, w.ahead, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
-    carry(w.ahead, 1, width, w.k[STAGES])
+    carry(w.ahead, 1, w.y.shape[1], w.k[STAGES])
     for row in range(w.y.shape[0]):
         w.ahead[row, 0] = w.room[row, 0]
 
@@ -252,11 +278,13 @@ def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
     width = w.y.shape[1]
     for j in range(1, 16):
         if j != STAGES:
-            speed_all(w.flat_y, h, j, w.flat_k, w.flat_room, width)
+            speed(w.y, h, j, w.k, w.room)
+            speed_all(w.y, h, j, w.k, w.room)
             if j < STAGES:
                 carry(w.room, 0, width, w.k[j])
             else:
-                place_all(w.flat_y, h, j, w.flat_k, w.flat_room, width)
+                place(w.y, h, j, w.k, w.room)
+                place_all(w.y, h, j, w.k, w.room)
                 all_rates(s + C[j] * h, w.room, w, j)
     for row in range(w.y.shape[0]):
         for d in range(w.y.shape[1]):
