@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import DOP853
 
 from legspring.kernel.jit import formula, jit
-from legspring.kernel.length import phase_at
+from legspring.kernel.length import Pair, phase_at
 from legspring.kernel.motion import ONE, THREE, TWO, Index, rates, tangent_rates
 from legspring.kernel.walker import (
     ALL_PLAIN,
@@ -145,9 +145,9 @@ def place_all(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
                 t = y[row, d + THREE] + h * (now * y[rate, d + THREE] + h * t)
                 out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
         else:
-            for d in range(1, width):
-                total = one_push(AA, j, AA_FROM[j], j - 1, k, rate, d)
-                out[row, d] = y[row, d] + h * (now * y[rate, d] + h * total)
+            for one in range(1, width):
+                total = one_push(AA, j, AA_FROM[j], j - 1, k, rate, one)
+                out[row, one] = y[row, one] + h * (now * y[rate, one] + h * total)
 
 
 @formula
@@ -168,8 +168,8 @@ def speed_all(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
                 )
                 out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
         else:
-            for d in range(1, width):
-                out[row, d] = y[row, d] + h * one_push(A, j, A_FROM[j], j, k, row, d)
+            for one in range(1, width):
+                out[row, one] = y[row, one] + h * one_push(A, j, A_FROM[j], j, k, row, one)
 
 
 @formula
@@ -238,7 +238,13 @@ def carry(y: Floats, first: int, last: int, out: Floats) -> None:
             out[YAW, d] = y[YAW_RATE, d]
 
 
-@formula
+@jit
+def tangents_at(s: float, phase: Pair, y: Floats, w: Walker, j: int) -> None:
+    """Write the derivatives' rates of a state whose rates are ``w.k[j]`` there as well, where the step does not."""
+    tangent_rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
+
+
+@jit
 def all_rates(s: float, y: Floats, w: Walker, j: int) -> None:
     """Write the rates of a state at time s, those of the derivatives among them, into ``w.k[j]``."""
     phase = phase_at(s)
@@ -246,7 +252,7 @@ def all_rates(s: float, y: Floats, w: Walker, j: int) -> None:
     rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
     w.clock[EVALUATIONS] += 1
     if y.shape[1] > 1:
-        tangent_rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
+        tangents_at(s, phase, y, w, j)
 
 
 @formula

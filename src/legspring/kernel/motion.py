@@ -170,7 +170,7 @@ def any_forces(s: float, y: Floats, stance: Floats, contacts: Floats, lean: Pair
     return ax, ay, moment
 
 
-@jit
+@formula
 def tangent_rates(
     s: float,
     phase: Pair,
@@ -188,9 +188,9 @@ def tangent_rates(
     moment = 0.0
     if clock[ALL_PLAIN] != 0.0:
         if rows == 6:
-            plain_tangents(y, stance, contacts, struts, lean, phase, out, True)
+            plain_tangents(y, stance, contacts, body, struts, lean, phase, out, True)
         else:
-            plain_tangents(y, stance, contacts, struts, lean, phase, out, False)
+            plain_tangents(y, stance, contacts, body, struts, lean, phase, out, False)
         if rows == 6:
             for i in range(contacts.shape[0]):
                 if contacts[i, DOWN] != 0.0:
@@ -198,12 +198,10 @@ def tangent_rates(
                     moment += stance[i, SPRING, 0] * leg[4] * (leg[2] * leg[1] - leg[3] * leg[0])
     else:
         for d in range(1, width):
-            out[VX, d] = out[VY, d] = 0.0
+            out[VX, d], out[VY, d] = 0.0, -body[GRAVITY, d]
             if rows == 6:
                 out[YAW_RATE, d] = 0.0
         moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
-    for d in range(1, width):
-        out[VY, d] -= body[GRAVITY, d]
     if rows == 6:
         for d in range(1, width):
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
@@ -235,19 +233,27 @@ def tangent(y: Floats, rows: Floats, leg: Floats, lean: Pair, phase: Pair, d: In
 
 @formula
 def plain_tangents(
-    y: Floats, stance: Floats, contacts: Floats, struts: Floats, lean: Pair, phase: Pair, out: Floats, yaws: bool
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    body: Floats,
+    struts: Floats,
+    lean: Pair,
+    phase: Pair,
+    out: Floats,
+    yaws: bool,
 ) -> None:
-    """Write the sums over all legs of `tangent`, for four directions at a time, which suits vector instructions.
+    """Write gravity and the sums of `tangent` over all legs, for four directions at a time: vector instructions.
 
     The last four may have some in common with those before.
     """
     width = y.shape[1]
     if width > 4:
         for d in range(1, width, 4):
-            four_tangents(y, stance, contacts, struts, lean, phase, np.uint64(min(d, width - 4)), out, yaws)
+            four_tangents(y, stance, contacts, body, struts, lean, phase, np.uint64(min(d, width - 4)), out, yaws)
         return
     for d in range(1, width):
-        ax = ay = am = 0.0
+        ax, ay, am = 0.0, -body[GRAVITY, d], 0.0
         for i in range(contacts.shape[0]):
             if contacts[i, DOWN] != 0.0:
                 x, y_, m = tangent(y, stance[i], struts[i], lean, phase, d, yaws)
@@ -262,6 +268,7 @@ def four_tangents(
     y: Floats,
     stance: Floats,
     contacts: Floats,
+    body: Floats,
     struts: Floats,
     lean: Pair,
     phase: Pair,
@@ -270,7 +277,9 @@ def four_tangents(
     yaws: bool,
 ) -> None:
     """Do that for four directions, from d on."""
-    ax = ay = am = bx = by = bm = cx = cy = cm = dx = dy = dm = 0.0
+    ax = am = bx = bm = cx = cm = dx = dm = 0.0
+    g = body[GRAVITY]
+    ay, by, cy, dy = -g[d], -g[d + ONE], -g[d + TWO], -g[d + THREE]
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
             rows, leg = stance[i], struts[i]

@@ -11,11 +11,11 @@ import math
 import numba
 import numpy as np
 
-from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents
+from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents, tangents_at
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.length import delay_law, law, phase_at, set_law
-from legspring.kernel.motion import force_changes, hip, measure_gaps, tangent_rates, turn
+from legspring.kernel.motion import force_changes, hip, measure_gaps, turn
 from legspring.kernel.walker import (
     ANGLE,
     ARM_X,
@@ -282,7 +282,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, phase_at(s), w.y, w.stance, w.contacts, w.body, w.clock, w.struts[0], w.k[0])
+        tangents_at(s, phase_at(s), w.y, w, 0)
     return happened, ends
 
 
