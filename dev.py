@@ -3,11 +3,14 @@
 python3 dev.py test [PYTEST ARGUMENTS]    all checks: ruff, mypy, pytest
 python3 dev.py run ARGUMENTS              the command legspring
 python3 dev.py bench [ARGUMENTS]          the benchmarks
+python3 dev.py fuzz [--examples N]        random input, 10000 examples by default; then signals and kills
+python3 dev.py smoke                      installation and first steps with all Pythons there are
 """
 
 # No syntax here that older Pythons lack: they are to say what is wrong, not to stumble over it.
 from __future__ import annotations
 
+import argparse
 import hashlib
 import os
 import subprocess
@@ -36,6 +39,11 @@ def main(arguments: list[str]) -> int:
         if command == "bench":
             set_up("bench")
             return run("python", str(ROOT / "benchmarks" / "run.py"), *rest)
+        if command == "fuzz":
+            set_up("test")
+            return fuzz(rest)
+        if command == "smoke":
+            return subprocess.run([sys.executable, str(ROOT / "tests" / "smoke.py"), *rest]).returncode
     except subprocess.CalledProcessError as error:
         return fail(f"The set-up failed: {' '.join(map(str, error.cmd))}")
     return fail(str(__doc__).strip())
@@ -74,6 +82,15 @@ def test(arguments: list[str]) -> int:
         if run(*command, cwd=ROOT):
             failed.append(name)
     return fail(f"Failed: {', '.join(failed)}") if failed else 0
+
+
+def fuzz(arguments: list[str]) -> int:
+    """Try random input, as much as is asked for, and then how commands end that are not left to finish."""
+    parser = argparse.ArgumentParser(prog="dev.py fuzz")
+    parser.add_argument("--examples", type=int, default=10_000)
+    os.environ["LEGSPRING_FUZZ"] = str(parser.parse_args(arguments).examples)
+    tried = run("pytest", str(ROOT / "tests" / "fuzz"), cwd=ROOT)
+    return run("python", str(ROOT / "tests" / "fuzz" / "kills.py"), cwd=ROOT) or tried
 
 
 def run(program: str, *arguments: str, cwd: Path | None = None) -> int:

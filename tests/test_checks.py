@@ -11,7 +11,15 @@ import pytest
 import xarray as xr
 
 import legspring as ls
-from legspring.checks import checked_grid, checked_number, checked_vector, checked_whole, checked_workers, shown
+from legspring.checks import (
+    checked_choice,
+    checked_grid,
+    checked_number,
+    checked_vector,
+    checked_whole,
+    checked_workers,
+    shown,
+)
 
 NUMBERS: list[Any] = [
     45,
@@ -41,6 +49,7 @@ NONE: list[Any] = [
     np.array([45.0]),
     np.array("45"),
     [45.0],
+    range(10**12),
     float("nan"),
     np.inf,
     -np.inf,
@@ -93,6 +102,14 @@ def test_whole_numbers() -> None:
     for value in [*NOT_WHOLE, 4 * (os.cpu_count() or 1) + 1]:
         if value is not None:
             refused(lambda value=value: checked_workers(value), "workers")  # type: ignore[misc]
+
+
+def test_words() -> None:
+    checked_choice("x", "a", ("a", "b"))
+    for value in [*NONE, "c", "", np.zeros(3), [], "y" * 1000]:
+        refused(lambda value=value: checked_choice("x", value, ("a", "b")), "x")  # type: ignore[misc]
+    for name in ("objective", "map", "method"):
+        refused(lambda name=name: ls.optimize(ls.cockroach(), **HERE | {name: np.zeros(3)}), name)  # type: ignore[misc]
 
 
 def test_values_are_shown_in_short() -> None:

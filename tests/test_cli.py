@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 
 import legspring as ls
 from legspring.cli import app, parse_grid
+from legspring.files import SAVERS
 from legspring.printing import plain
 
 HERE = ["--slope", "45", "--heading", "0.15"]
@@ -232,9 +233,9 @@ def test_what_json_cannot_hold() -> None:
 BAD = {
     "gaits roach --slope 45 --heading 0.1": "no animal 'roach': must be a preset (climbing_template, cockroach, ",
     "gaits nowhere.toml --slope 45 --heading 0.1": "nowhere.toml: No such file or directory",
-    "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': must be a number",
+    "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': must be a finite number",
     "gaits cockroach --slope 100 --heading 0.1": "slope_deg = 100.0: must be a finite angle from -90 to 90",
-    "gaits cockroach --slope nan --heading 0.1": "slope_deg = nan: must be",
+    "gaits cockroach --slope nan --heading 0.1": "'--slope': 'nan': must be a finite number",
     "gaits cockroach --slope 45 --heading 2": "heading = 2.0: must be a finite angle within +-1.571 rad",
     "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': must be one of A, FB, MB, B",
     "gaits cockroach --slope 45 --heading 0.1 --actuation 1,x": "--actuation = '1,x': must be numbers",
@@ -249,7 +250,7 @@ BAD = {
     "simulate cockroach --slope 45 --heading 0.15 --speed 0.3": "must have --speed, --heading, --phase and --family",
     "simulate cockroach --slope 0 --heading 0 --speed 0.3 --phase 1,2 --family A": "one angle for each of F, M, B",
     "simulate cockroach --slope 0 --heading 0 --speed 0 --phase 1,2,3 --family A": "speed = 0.0: must be a positive",
-    "recover cockroach --slope 45 --heading 0.15 --impulse nan": "impulse = nan: must be a finite number",
+    "recover cockroach --slope 45 --heading 0.15 --impulse nan": "'--impulse': 'nan': must be a finite number",
     "atlas cockroach --out a.nc --slopes 0:90": "--slopes = '0:90': must be START:STOP:STEP",
     "atlas cockroach --out a.nc --slopes 5,0": "slopes_deg = (5.0, 0.0): must be one or more rising numbers",
     "atlas cockroach --out a.nc --headings x": "--headings = 'x': must be numbers separated by commas",
@@ -292,6 +293,102 @@ def test_outputs_of_an_atlas_are_checked_before_the_work(tmp_path: Path, monkeyp
     assert "must exist" in error("atlas", "cockroach", *out, tmp_path / "a" / "b")
 
 
+NUMBERS = ["nan", "inf", "1e400", "0x10", "\uff11\uff12", "", "1_0", "9" * 400, "x" * 10_000]
+BEFORE = [
+    ("gaits", "--slope"),
+    ("gaits", "--heading"),
+    ("gaits", "--actuation"),
+    ("simulate", "--strides"),
+    ("simulate", "--branch"),
+    ("simulate", "--speed"),
+    ("simulate", "--phase"),
+    ("recover", "--impulse"),
+    ("optimize", "--slope"),
+    ("atlas", "--slopes"),
+    ("atlas", "--headings"),
+    ("reproduce", "--workers"),
+]
+
+
+@pytest.mark.parametrize(("command", "option"), BEFORE)
+def test_numbers_are_checked_before_the_work(
+    command: str, option: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for name in ("solve.search_gaits", "sweep.atlas", "simulation.flow", "peterson2011.reproduce.reproduce"):
+        monkeypatch.setattr(f"legspring.{name}", lambda *_, **__: pytest.fail("worked"))
+    here = [*HERE, *(["--speed", "0.3", "--family", "B"] if option == "--phase" else [])]
+    if command in ("atlas", "reproduce"):
+        here = ["--out", str(tmp_path / "a.nc")]
+    for text in NUMBERS:
+        if (option, text) not in [("--branch", "9" * 400), ("--workers", "9" * 400)]:
+            shown = error(command, *(["cockroach"] if command != "reproduce" else []), *here, option, text)
+            assert option in shown and "must be" in shown and len(shown) < 300
+
+
+@pytest.mark.parametrize("text", ["0", "-1", "0.3", "1e9", "1e-300"])
+def test_strides_are_checked_before_the_work(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("legspring.solve.search_gaits", lambda *_, **__: pytest.fail("searched"))
+    assert "strides = " in error("simulate", "cockroach", *HERE, "--strides", text)
+
+
+@pytest.mark.parametrize(
+    "text", ["0:90:0", "0:1e9:1e-9", "::", "nan:1:1", "0:1:1e-320", "0:inf:1", "\uff11:2:1", ":" * 9999]
+)
+def test_grids_are_checked_before_the_work(text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("legspring.sweep.atlas", lambda *_, **__: pytest.fail("searched"))
+    assert "must be START:STOP:STEP" in error("atlas", "cockroach", "--out", tmp_path / "a.nc", "--slopes", text)
+
+
+def test_errors_are_no_longer_than_a_line_and_show_what_cannot_be_printed() -> None:
+    assert len(error("gaits", "x" * 10_000)) < 300
+    assert error("gates\x1b[31m\n\udcff") == "No such command 'gates\\x1b[31m\\n\\udcff'."
+
+
+def test_names_are_no_markup_and_no_emoji(tmp_path: Path) -> None:
+    file = tmp_path / "odd.toml"
+    file.write_text('like = "cockroach"\nname = "roach [/old] [v2] :smile:"\n[families]\n"[red]:b:" = ["B"]\n')
+    result = run("gaits", file, *HERE)
+    assert result.exit_code == 0, result.stderr
+    assert "roach [/old] [v2] :smile:: slope 45 deg" in result.stdout
+    assert " [red]:b: " in result.stdout
+
+
+@pytest.mark.parametrize("columns", ["1", "40", "80"])
+def test_narrow_terminals_lose_no_columns_and_no_digits(
+    columns: str, monkeypatch: pytest.MonkeyPatch, gait: ls.Gait
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    shown = run("gaits", "cockroach", *HERE).stdout
+    assert f" {gait.speed:.4f}   -2.8, 31.6, -38.3 " in shown and f" {gait.transport_cost:.4f}" in shown
+    assert "multiplier" in shown and "\u2026" not in shown
+
+
+@pytest.mark.parametrize("command", ["gaits", "simulate", "recover"])
+def test_a_figure_that_fails_leaves_the_result(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", str(tmp_path / "x.png"))
+
+    expected = run(command, "cockroach", *HERE).stdout
+    monkeypatch.setattr("legspring.figures.save_figure", full)
+    result = run(command, "cockroach", *HERE, "--figure", tmp_path / "x.png")
+    assert (result.exit_code, result.stdout) == (2, expected)
+    assert result.stderr == f"legspring: {tmp_path / 'x.png'}: No space left on device\n"
+
+
+def test_one_output_that_fails_leaves_the_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", "run.csv")
+
+    monkeypatch.setitem(SAVERS, ".csv", full)
+    outputs = ["--out", str(tmp_path / "run.csv"), "--figure", str(tmp_path / "run.png")]
+    result = run("simulate", "cockroach", *HERE, *outputs)
+    assert (result.exit_code, result.stderr) == (2, "legspring: run.csv: No space left on device\n")
+    assert [file.name for file in tmp_path.iterdir()] == ["run.png"]
+    monkeypatch.setattr("legspring.figures.save_figure", full)
+    result = run("simulate", "cockroach", *HERE, *outputs)
+    assert result.stderr == "legspring: run.csv: No space left on device; run.csv: No space left on device\n"
+
+
 @pytest.mark.parametrize("command", ["simulate", "recover"])
 def test_what_needs_a_gait_fails_without_one(command: str) -> None:
     assert error(command, "cockroach", *NO_GAIT, status=1).startswith("no gait at slope 40 deg")
@@ -307,3 +404,12 @@ def test_the_program_reports_errors_by_its_exit_status() -> None:
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("legspring: no animal 'roach': must be a preset (climbing_template, cockroach, ")
     assert done.stderr.endswith(" or a TOML file\n") and done.stderr.count("\n") == 1
+
+
+def test_what_is_missing_is_said(tmp_path: Path) -> None:
+    (tmp_path / "hopper.toml").write_text('like = "spring_loaded_inverted_pendulum"\nangle_deg = 180')
+    shown = run("gaits", str(tmp_path / "hopper.toml")).stdout
+    reason = "the gait stays where it is: there is no distance to go by"
+    assert f"branch 0: no transport cost; {reason}" in shown
+    (found,) = records("gaits", str(tmp_path / "hopper.toml"))
+    assert found["transport_cost"] is None and found["missing"]["transport_cost"] == reason

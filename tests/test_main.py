@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -127,7 +128,73 @@ def test_what_a_shell_has_in_the_background_ignores_interruptions() -> None:
     assert program.returncode == 0 and "cockroach" in out and errors == ""
 
 
-def test_a_mistake_in_the_program_is_not_hidden() -> None:
-    code = "import sys; sys.modules['legspring.cli'] = None; from legspring.__main__ import main; main()"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 1 and "ModuleNotFoundError" in done.stderr
+def finished(*command: str | bytes, **options: Any) -> tuple[int, str, str]:
+    """Run the program; return its exit status and what it printed."""
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+    options["env"] = os.environ | options.pop("more", {})
+    done: subprocess.CompletedProcess[Any] = subprocess.run([sys.executable, *command], **options)
+    return done.returncode, (done.stdout or b"").decode(), (done.stderr or b"").decode()
+
+
+def test_a_mistake_in_the_program_is_one_line_and_not_hidden() -> None:
+    mistake = "import sys; sys.modules['legspring.cli'] = None; from legspring.__main__ import main; main()"
+    status, _, errors = finished("-c", mistake)
+    line = "legspring: a mistake in Legspring itself (LEGSPRING_DEBUG=1 shows where): ModuleNotFoundError: "
+    assert status == 70 and errors.startswith(line) and errors.count("\n") == 1 and len(errors) <= 301
+    status, _, errors = finished("-c", mistake, more={"LEGSPRING_DEBUG": "1"})
+    assert status == 70 and errors.startswith("Traceback") and line in errors
+
+
+def test_where_nobody_reads_on_it_ends_quietly() -> None:
+    for arguments in (["presets"], ["--help"], ["presets", "--json"], ["gaits", "roach"]):
+        for unbuffered in ("", "1"):
+            reader, writer = os.pipe()
+            os.close(reader)
+            status, _, errors = finished(
+                "-m", "legspring", *arguments, stdout=writer, more={"PYTHONUNBUFFERED": unbuffered}
+            )
+            os.close(writer)
+            assert status == (2 if arguments[0] == "gaits" else 1)
+            assert errors.count("\n") == (arguments[0] == "gaits") and "Traceback" not in errors
+
+
+def test_where_nobody_hears_of_errors_it_ends_quietly() -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    assert finished("-m", "legspring", "gaits", "roach", stderr=writer)[:2] == (1, "")
+    os.close(writer)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a disk that is full")
+def test_what_cannot_be_printed_is_an_error_of_one_line() -> None:
+    with open("/dev/full", "w") as full:
+        status, _, errors = finished("-m", "legspring", "presets", stdout=full)
+    assert status != 0 and "No space left on device" in errors and errors.count("\n") == 1
+
+
+ENCODINGS = [
+    {"PYTHONIOENCODING": "ascii"},
+    {"LANG": "C", "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+]
+
+
+@pytest.mark.parametrize("more", ENCODINGS, ids=lambda more: next(iter(more.values())))
+def test_what_an_output_cannot_show_is_escaped(more: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "odd.toml").write_text('like = "cockroach"\nname = "r\u0434\u00e9"\n', encoding="utf-8")
+    status, out, errors = finished("-m", "legspring", "gaits", str(tmp_path / "odd.toml"), *HERE, more=more)
+    assert (status, errors) == (0, "") and "\\u0434" in out and "0.2731" in out
+    status, out, errors = finished("-m", "legspring", "gaits", "r\u0434".encode(), *HERE, more=more)
+    assert status == 2 and errors.count("\n") == 1 and "Traceback" not in errors
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs names that are no text")
+def test_files_whose_names_are_no_text(tmp_path: Path) -> None:
+    name = os.fsencode(tmp_path) + b"/caf\xe9\xff"
+    status, _, errors = finished("-m", "legspring", "gaits", name + b".toml", *HERE)
+    assert status == 2 and errors.endswith("caf\\udce9\\udcff.toml: No such file or directory\n")
+    with open(name + b".toml", "w") as file:
+        file.write('like = "cockroach"')
+    output = [b"--out", name + b".nc", b"--figure", name + b".png"]
+    status, out, errors = finished("-m", "legspring", "simulate", name + b".toml", *HERE, *output)
+    assert (status, errors) == (0, "") and out.startswith("caf\\udce9\\udcff, family B")
+    assert os.path.getsize(name + b".nc") > 1000 and os.path.getsize(name + b".png") > 1000

@@ -103,6 +103,20 @@ def test_known_optima() -> None:
     assert best(CASES[5]).value < TIE
 
 
+@pytest.mark.parametrize(
+    ("case", "known"),
+    [
+        # What a map finds by passing optima on from cell to cell, and one cell alone once missed.
+        ((0, 0.15, "A", "stability", "reduced"), 0.2655),
+        ((30, 0.15, "A", "efficiency", "reduced"), 0.9360),
+        ((25, 0.2, "A", "stability", "reduced"), 0.2427),
+        ((45, 0.0, "B", "stability", "reduced"), 0.0010),
+    ],
+)
+def test_one_cell_finds_what_a_map_does(case: Case, known: float) -> None:
+    assert best(case).penalised < known + 1.5 * TIE
+
+
 def test_nothing_nearby_is_better() -> None:
     for case in CASES[:4]:
         slope_deg, heading, family, goal, of = case
@@ -272,5 +286,5 @@ def test_a_front_stays_within_its_bounds(trade: list[Gait]) -> None:
 
 def test_trade_offs_of_nothing(roach: Animal) -> None:
     assert trade_off(roach, slope_deg=0, heading=0.0, family="B") == []
-    with pytest.raises(ValueError, match="points = 1: must be at least 2"):
+    with pytest.raises(ValueError, match="points = 1: must be a whole number from 2 to 1000"):
         trade_off(roach, slope_deg=10, heading=0.15, family="A", points=1)

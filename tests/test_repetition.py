@@ -158,3 +158,13 @@ def test_a_leg_that_is_about_to_lift_off_may_be_up_or_down() -> None:
 def test_a_gait_belongs_to_the_animal_that_was_asked_about() -> None:
     for name in ls.presets():
         assert gait_of(name).animal == load_animal(name)
+
+
+def test_a_length_that_is_constant_by_a_formula_is_as_passive_as_any() -> None:
+    spring = load_animal("lateral_leg_spring")
+    (expected,) = ls.find_gaits(spring)
+    same = spring.replace(length_law="l0 + 0*phi")
+    assert same.conservative and not spring.replace(length_law="l0 - ldev*t").conservative
+    (gait,) = ls.find_gaits(same)
+    assert gait.conserved == ("energy", "direction")
+    assert gait.heading == pytest.approx(expected.heading, abs=1e-9)

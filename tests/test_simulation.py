@@ -1,6 +1,7 @@
 """Simulations as datasets."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,6 +89,14 @@ def test_swing_has_no_foot_and_no_force(thesis_map: Cells) -> None:
     assert np.all(data.force.values[swing] == 0.0)
     gap = (data.leg_length - data.free_length).values
     assert not np.any(np.isnan(gap[~swing]))
+
+
+def test_animals_of_any_heading_may_run_backwards() -> None:
+    start: dict[str, Any] = {"heading": 2.0, "speed": 0.2, "strides": 1}
+    run = ls.simulate(ls.load_animal("climbing_template"), **start)
+    assert run.attrs["heading"] == 2.0
+    with pytest.raises(ValueError, match=r"^heading = 2\.0: must be"):
+        ls.simulate(ls.cockroach(), slope_deg=45, phase=[0, 0, 0], family="B", **start)
 
 
 def test_collapse_is_said(roach: ls.Animal) -> None:

@@ -19,17 +19,9 @@ Floats = NDArray[np.float64]
 
 UNFIT = TypeError, ValueError, ArithmeticError, AttributeError, LookupError, RecursionError, NotImplementedError
 """What objects raise that are no numbers, or cannot be shown; an interruption is none of these."""
-LONGEST_MESSAGE = 300
-"""Characters of what is said about an error."""
 LONGEST_GRID = 100_000
 LARGEST_SEED = 2**63 - 1
 MOST_STARTS = 1_000_000
-
-
-def one_line(message: object) -> str:
-    """Return a message in one line, its end left out if it is too long."""
-    line = " ".join(str(message).split())
-    return line if len(line) <= LONGEST_MESSAGE else f"{line[: LONGEST_MESSAGE - 4]} ..."
 
 
 def shown(value: object) -> str:
@@ -44,6 +36,9 @@ def _number(value: Any) -> float:
     """Return a number as a float; nan if it is none."""
     try:
         if not isinstance(value, numbers.Real):
+            # What is no array may be too long to be made one.
+            if not hasattr(value, "__array__"):
+                return math.nan
             array = np.ma.asanyarray(value)
             if array.ndim or array.dtype.kind not in "fiu" or np.ma.is_masked(array):
                 return math.nan
@@ -114,6 +109,13 @@ def checked_whole(name: str, value: Any, least: int, most: int) -> int:
     if not (whole and least <= value <= most):
         raise ValueError(f"{name} = {shown(value)}: must be a whole number from {least} to {most}")
     return int(value)
+
+
+def checked_choice(name: str, value: Any, valid: Iterable[str]) -> None:
+    """Raise ValueError unless a value is one of some words."""
+    words = list(valid)
+    if not (isinstance(value, str) and value in words):
+        raise ValueError(f"{name} = {shown(value)}: must be {' or '.join(map(repr, words))}")
 
 
 def checked_workers(workers: Any) -> int:

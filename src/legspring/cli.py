@@ -7,6 +7,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
@@ -14,6 +15,7 @@ import typer
 from typer.core import TyperGroup
 
 import legspring
+from legspring.messages import one_line
 from legspring.printing import (
     describe_animal,
     describe_gait,
@@ -27,6 +29,7 @@ from legspring.printing import (
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from legspring.gait import Gait
     from legspring.model import Animal
@@ -49,21 +52,38 @@ class Commands(TyperGroup):
         options["standalone_mode"] = False
         try:
             status = super().main(args if given else ["--help"], *rest, **options)
-        except typer.TyperException as error:
-            fail(error.format_message())
-        except OSError as error:
-            fail(f"{error.filename}: {error.strerror}" if error.filename else str(error))
-        except (ValueError, ArithmeticError) as error:
-            fail(str(error))
+        except (typer.TyperException, OSError, ValueError, ArithmeticError, ExceptionGroup) as error:
+            fail(words(error))
         if status == INTERRUPTED:
             fail("interrupted", INTERRUPTED)
         sys.exit(status)
 
 
+def words(error: Exception) -> str:
+    """Say what an error is about."""
+    match error:
+        case ExceptionGroup():
+            return "; ".join(words(part) for part in error.exceptions)
+        case typer.TyperException():
+            return error.format_message()
+        case OSError(filename=str(name), strerror=str(reason)):
+            return f"{name}: {reason}"
+        case OSError(strerror=str(reason)):
+            return reason
+        case OSError() | ValueError() | ArithmeticError():
+            return str(error)
+    return f"{type(error).__name__}: {error}"
+
+
 def fail(message: str, status: int = BAD_INPUT) -> NoReturn:
     """Exit with one line on the error stream."""
-    typer.echo(f"legspring: {' '.join(message.split())}", err=True)
+    say(message)
     sys.exit(status)
+
+
+def say(message: str) -> None:
+    """Print a line on the error stream."""
+    print(one_line(f"legspring: {message}"), file=sys.stderr)
 
 
 def reading(kind: Callable[[str], T], words: str) -> Callable[[str], T]:
@@ -73,12 +93,28 @@ def reading(kind: Callable[[str], T], words: str) -> Callable[[str], T]:
         try:
             return kind(text)
         except ValueError:
-            raise typer.BadParameter(f"{text!r}: must be {words}") from None
+            from legspring.checks import shown
+
+            raise typer.BadParameter(f"{shown(text)}: must be {words}") from None
 
     return read
 
 
-number, integer = reading(float, "a number"), reading(int, "a whole number")
+def plain_number(text: str) -> float:
+    """Read a finite number in the usual digits."""
+    # Where an option is left out, its default comes by as it is.
+    value = float(text if str(text).isascii() and "_" not in str(text) else "")
+    if not math.isfinite(value):
+        raise ValueError
+    return value
+
+
+def plain_integer(text: str) -> int:
+    """Read a whole number in the usual digits."""
+    return int(text if text.isascii() and "_" not in text else "")
+
+
+number, integer = reading(plain_number, "a finite number"), reading(plain_integer, "a whole number")
 
 app = typer.Typer(
     cls=Commands,
@@ -131,7 +167,7 @@ FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a fi
 def show_version(wanted: bool) -> None:
     """Print the version and exit."""
     if wanted:
-        typer.echo(f"legspring {legspring.__version__}")
+        print(f"legspring {legspring.__version__}")
         raise typer.Exit
 
 
@@ -155,7 +191,7 @@ def presets(
         Path | None, typer.Option(metavar="DIR", help="Draw each of them with a gait of its own into this directory.")
     ] = None,
 ) -> None:
-    """List the animals that come with Legspring, one a line.
+    """List the animals that come with Legspring, one a line, with their families.
 
     Example: legspring presets --figures animals
     """
@@ -171,12 +207,8 @@ def presets(
         print_json([describe_animal(animal) for animal in animals])
     else:
         print_animals(animals)
-    if figure is not None:
-        from legspring.figures import draw_animals, save_figure
-
-        save_figure(draw_animals(animals), figure)
-    if figures is not None:
-        draw_presets(animals, figures)
+    each = [] if figures is None else [(figures / f"{animal.name}.png", draws_preset(animal)) for animal in animals]
+    save((figure, draws("draw_animals", animals)), *each)
 
 
 @app.command()
@@ -197,18 +229,16 @@ def gaits(
     """
     check_figure(figure)
     search = search_at(animal, slope, heading, family, actuation)
-    if figure is not None and search.gaits:
-        from legspring.figures import draw_gait, save_figure
-
-        save_figure(draw_gait(search.gaits[0]), figure)
     if as_json:
         print_json([describe_gait(gait) for gait in search.gaits])
     elif search.gaits:
         print_gaits(search)
     else:
-        typer.echo(no_gait(search, slope, heading))
-    if figure is not None and not search.gaits:
-        typer.echo(f"legspring: there is nothing to draw into {figure}", err=True)
+        print(no_gait(search, slope, heading))
+    if search.gaits:
+        save((figure, draws("draw_gait", search.gaits[0])))
+    elif figure is not None:
+        say(f"there is nothing to draw into {figure}")
 
 
 @app.command()
@@ -254,6 +284,7 @@ def simulate(
 
         check_output(out, list(SAVERS))
     check_figure(figure)
+    check_strides(animal, strides)
     if speed is None and phase is None:
         gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
         run, about = gait.simulate(strides), {"family": gait.family, "branch": gait.branch}
@@ -262,8 +293,8 @@ def simulate(
             raise ValueError(f"--branch = {branch}: must be left out for a start that is no gait")
         run = simulate_start(animal, slope, heading, speed, phase, family, actuation, strides)
         about = {"family": family, "branch": None}
-    save_run(run, out, figure)
     print_run(run, about, strides, as_json)
+    save((out, partial(save_dataset, run)), (figure, draws("draw_simulation", run)))
 
 
 @app.command()
@@ -288,10 +319,6 @@ def recover(
     check_figure(figure)
     gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
     recovery = gait.recover(impulse)
-    if figure is not None:
-        from legspring.figures import draw_recovery, save_figure
-
-        save_figure(draw_recovery(recovery), figure)
     if as_json:
         about = {name: getattr(gait, name) for name in ("family", "branch", "slope_deg", "heading")}
         outcome = {
@@ -302,7 +329,8 @@ def recover(
         elsewhere = "settled on another gait" if recovery.other_gait else "not back within 100 steps"
         elsewhere = recovery.failure or elsewhere
         steps = elsewhere if recovery.steps is None else f"back after {recovery.steps} steps"
-        typer.echo(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
+        print(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
+    save((figure, draws("draw_recovery", recovery)))
 
 
 @app.command()
@@ -325,7 +353,7 @@ def atlas(
 
     Example: legspring atlas cockroach --out coarse.nc --slopes 0:90:15 --headings 0.05,0.15 --no-recovery
     """
-    from legspring.files import SAVERS, check_output, make_directory
+    from legspring.files import check_output, make_directory
     from legspring.model import load_animal
 
     slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
@@ -343,12 +371,10 @@ def atlas(
         impulses=() if no_recovery else sweep.IMPULSES,
         progress=sys.stderr.isatty(),
     )
-    SAVERS[out.suffix.lower()](maps, out)
     found = maps["family"].values != ""
     cells = found.any(axis=-1)
-    typer.echo(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
-    if figures is not None:
-        draw_chapter_4(maps, figures)
+    print(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
+    save((out, partial(save_dataset, maps)), *([] if figures is None else chapter_4(maps, figures)))
 
 
 @app.command()
@@ -391,16 +417,14 @@ def optimize(
             map=map,  # type: ignore[arg-type]
             method=method,  # type: ignore[arg-type]
         )
-    if best is not None and figure is not None:
-        from legspring.figures import draw_gait, save_figure
-
-        save_figure(draw_gait(best), figure)
     if as_json:
         print_json([] if best is None else [describe_optimum(best)])
     elif best is None:
         fail(f"no gait worth having{where(slope, heading)}", NO_GAIT)
     else:
         print_optimum(best)
+    if best is not None:
+        save((figure, draws("draw_gait", best)))
 
 
 @app.command()
@@ -428,7 +452,7 @@ def reproduce(
     """
     from legspring.peterson2011.reproduce import reproduce as run
 
-    typer.echo(
+    print(
         run(
             out,
             only=tuple(part.strip() for part in only.split(",")) if only is not None else (),
@@ -445,9 +469,11 @@ def parse_numbers(name: str, text: str | None) -> tuple[float, ...] | None:
     if text is None:
         return None
     try:
-        return tuple(float(part) for part in text.split(","))
+        return tuple(plain_number(part) for part in text.split(","))
     except ValueError:
-        raise ValueError(f"{name} = {text!r}: must be numbers separated by commas") from None
+        from legspring.checks import shown
+
+        raise ValueError(f"{name} = {shown(text)}: must be numbers separated by commas") from None
 
 
 def parse_grid(name: str, text: str) -> tuple[float, ...]:
@@ -455,13 +481,28 @@ def parse_grid(name: str, text: str) -> tuple[float, ...]:
     if ":" not in text:
         return parse_numbers(name, text) or ()
     try:
-        start, stop, step = (float(part) for part in text.split(":"))
+        start, stop, step = (plain_number(part) for part in text.split(":"))
         count = math.floor((stop - start) / step + 1e-9) + 1
         if step > 0.0 and 1 <= count <= 10_000:
             return tuple(round(start + number * step, 12) for number in range(count))
     except (ValueError, ArithmeticError):
         pass
-    raise ValueError(f"{name} = {text!r}: must be START:STOP:STEP, rising, or numbers separated by commas")
+    from legspring.checks import shown
+
+    raise ValueError(f"{name} = {shown(text)}: must be START:STOP:STEP, rising, or numbers separated by commas")
+
+
+def check_strides(name: str, strides: float) -> None:
+    """Make sure that an animal can be simulated for so many strides."""
+    from legspring.model import load_animal
+
+    animal = load_animal(name)
+    with patience("loading"):
+        from legspring.setting import Setting
+        from legspring.simulation import steps_in
+
+    slope_deg, _ = animal.speed_law.domain_deg
+    steps_in(Setting(animal, math.radians(slope_deg), animal.functions(next(iter(animal.families)))), strides)
 
 
 def check_figure(path: Path | None) -> None:
@@ -481,7 +522,7 @@ def patience(words: str) -> Iterator[None]:
         return
     from rich.console import Console
 
-    with Console(stderr=True).status(f"{words} ..."):
+    with Console(stderr=True, markup=False, emoji=False).status(f"{words} ..."):
         yield
 
 
@@ -580,49 +621,80 @@ def simulate_start(
 def parse_phase(animal: "Animal", text: str) -> list[float]:
     """Read the phase of each pair of legs, in degrees."""
     degrees = parse_numbers("--phase", text) or ()
-    if len(degrees) != len(animal.pairs) or not all(map(math.isfinite, degrees)):
-        raise ValueError(f"--phase = {text!r}: must be one angle for each of {', '.join(animal.pairs)}, in degrees")
+    if len(degrees) != len(animal.pairs):
+        from legspring.checks import shown
+
+        raise ValueError(
+            f"--phase = {shown(text)}: must be one angle for each of {', '.join(animal.pairs)}, in degrees"
+        )
     return [math.radians(angle) for angle in degrees]
 
 
-def draw_presets(animals: "Sequence[Animal]", directory: Path) -> None:
-    """Draw each animal, with the most stable of its gaits there, into a file of its name."""
-    with patience("drawing"):
-        from legspring.figures import draw_animal, save_figure
-        from legspring.solve import search_gaits
+def save(*outputs: tuple[Path | None, Callable[[Path], object]]) -> None:
+    """Write files, those that are wanted; one that fails keeps none of the others from being written."""
+    # What has been printed is not to wait for them.
+    sys.stdout.flush()
+    errors = []
+    for path, write in outputs:
+        try:
+            if path is not None:
+                write(path)
+        except Exception as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise ExceptionGroup("several outputs", errors)
 
-    for animal in animals:
-        path = directory / f"{animal.name}.png"
+
+def draws(name: str, *subjects: Any) -> Callable[[Path], object]:
+    """Return what draws subjects into a file, by one of the functions of `legspring.figures`."""
+
+    def write(path: Path) -> None:
+        from legspring import figures
+
+        figures.save_figure(getattr(figures, name)(*subjects), path)
+
+    return write
+
+
+def draws_preset(animal: "Animal") -> Callable[[Path], object]:
+    """Return what draws an animal, with the most stable of its gaits there."""
+
+    def write(path: Path) -> None:
+        with patience("drawing"):
+            from legspring.solve import search_gaits
+
         low, high = animal.speed_law.domain_deg
         slope_deg = low if low == high else EXAMPLE_SLOPE
         found = search_gaits(animal, slope_deg=slope_deg, heading=EXAMPLE_HEADING if animal.tuned else None).gaits
         stable_first = sorted(found, key=lambda gait: abs(gait.multipliers[0]))
-        save_figure(draw_animal(animal, stable_first[0] if found else None), path)
-        typer.echo(path, err=True)
+        draws("draw_animal", animal, stable_first[0] if found else None)(path)
+        print(path, file=sys.stderr)
+
+    return write
 
 
-def save_run(run: "xr.Dataset", out: Path | None, figure: Path | None) -> None:
-    """Save a simulation's time series and figure, where they are wanted."""
-    if out is not None:
-        from legspring.files import SAVERS
-
-        SAVERS[out.suffix.lower()](run, out)
-    if figure is not None:
-        from legspring.figures import draw_simulation, save_figure
-
-        save_figure(draw_simulation(run), figure)
-
-
-def draw_chapter_4(maps: "xr.Dataset", directory: Path) -> None:
-    """Draw the figures of chapter 4 that an atlas gives, and say which it does not."""
+def chapter_4(maps: "xr.Dataset", directory: Path) -> Iterator[tuple[Path, Callable[[Path], object]]]:
+    """Yield the figures of chapter 4, and what draws those that an atlas gives, and says which it does not."""
     from legspring.figures import save_figure
     from legspring.figures.peterson2011 import chapter4
 
-    for figure in chapter4.FIGURES:
-        path = directory / f"{figure.stem}.png"
+    def write(draw: "Callable[[xr.Dataset], Figure]", path: Path) -> None:
         try:
-            save_figure(figure.draw(maps), path)
+            drawn = draw(maps)
         except ValueError as error:
-            typer.echo(f"left out {path.name}: {error}", err=True)
+            print(one_line(f"left out {path.name}: {error}"), file=sys.stderr)
         else:
-            typer.echo(path)
+            save_figure(drawn, path)
+            print(path)
+
+    for figure in chapter4.FIGURES:
+        yield directory / f"{figure.stem}.png", partial(write, figure.draw)
+
+
+def save_dataset(dataset: "xr.Dataset", path: Path) -> None:
+    """Save a dataset in the form that the file's ending says."""
+    from legspring.files import SAVERS
+
+    SAVERS[path.suffix.lower()](dataset, path)

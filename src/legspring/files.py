@@ -1,7 +1,6 @@
 """Output files: what is wrong with a path is said at once, and a file appears whole or not at all."""
 
 import csv
-import errno
 import hashlib
 import os
 from collections.abc import Iterator, Sequence
@@ -117,11 +116,10 @@ def save_netcdf(dataset: "xr.Dataset", path: PathLike) -> None:
     path
         The file; it appears whole, or not at all.
     """
+    # By way of memory: its library knows neither names of files that are no text nor full disks.
+    written = dataset.to_netcdf(engine="netcdf4")
     with whole_file(path) as file:
-        try:
-            dataset.to_netcdf(file, engine="netcdf4")
-        except RuntimeError as error:  # what its library says when the disk is full
-            raise OSError(errno.EIO, f"cannot be written ({error}); is the disk full?", str(path)) from error
+        file.write_bytes(written)
 
 
 def save_mat(dataset: "xr.Dataset", path: PathLike) -> None:

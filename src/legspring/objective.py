@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from legspring.checks import checked_angle, checked_vector
+from legspring.checks import checked_angle, checked_choice, checked_vector
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import largest_magnitude
@@ -126,10 +126,8 @@ class Objective:
     def __init__(
         self, animal: Animal, slope: float, heading: float, family: str, goal: Goal, of: Map = "complete"
     ) -> None:
-        if goal not in ("stability", "efficiency"):
-            raise ValueError(f"objective = {goal!r}: must be 'stability' or 'efficiency'")
-        if of not in ("complete", "reduced"):
-            raise ValueError(f"map = {of!r}: must be 'complete' or 'reduced'")
+        checked_choice("objective", goal, ("stability", "efficiency"))
+        checked_choice("map", of, ("complete", "reduced"))
         # There is a fixed point to be looked for beside the gait.
         checked_angle("heading", heading, 0.94 * math.pi / 2)
         self.goal, self.of = goal, of

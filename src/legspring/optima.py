@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
-from legspring.checks import LARGEST_SEED, checked_grid, checked_whole, checked_workers
+from legspring.checks import LARGEST_SEED, checked_choice, checked_grid, checked_whole, checked_workers
 from legspring.files import code_stamp
 from legspring.memory import Memory
 from legspring.model import Animal
@@ -445,8 +445,7 @@ def optimal_atlas(
     slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
     headings = checked_grid("headings", headings, math.pi / 2)
     seed, count = checked_whole("seed", seed, 0, LARGEST_SEED), checked_workers(workers)
-    if method not in get_args(Method):
-        raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
+    checked_choice("method", method, get_args(Method))
     cases = {
         (row, column, family): Case(animal, slope, heading, family, map)
         for row, slope in enumerate(slopes_deg)

@@ -5,8 +5,8 @@ constraints (`legspring.optimum.Programme`), and takes the least actuation among
 minimum is often not unique. The thesis's own method, Nelder and Mead's on its penalised objective, is there to compare.
 """
 
+import math
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, fields
 from operator import attrgetter
 from typing import Literal, NamedTuple, get_args
@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from legspring.checks import LARGEST_SEED, checked_slope, checked_whole
+from legspring.checks import LARGEST_SEED, checked_choice, checked_slope, checked_whole
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
@@ -39,12 +39,13 @@ MOST_AT_NODE = 3
 """Solutions kept at each actuation."""
 POLISHED = 24
 """Gaits that are polished."""
-FEW_NODES, FEW_POLISHED = 64, 4
-"""The same in each of the neighbouring cells."""
-SLOPE_AWAY, HEADING_AWAY = np.radians(5.0), 0.05
-"""How far away these are, rad."""
-HALTS = 0.25, 0.5, 0.75, 1.0
-"""Shares of the way from one cell to the next at which optima are looked for."""
+FEW_NODES, FEW_POLISHED = 32, 2
+"""The same in each of the places around."""
+NEAR = ((5.0, 0.0), (-5.0, 0.0), (15.0, 0.0), (-15.0, 0.0), (0.0, 0.05), (0.0, -0.05))
+FAR = ((-30.0, 0.0), (30.0, 0.0), (-45.0, 0.0))
+"""How far away these are: slope (deg), heading (rad); the far ones are for when nothing else was found."""
+LEAST_HALTS, HALT = 4, math.radians(3.0)
+"""On the way from one place to another optima are looked for so often, or every so much of the slope."""
 APART = 0.35
 """Difference of phases between starts of polishing, rad."""
 TIE = 1e-3
@@ -161,8 +162,7 @@ def optimize(
     (0.7071, 'default')
     """
     angle, seed = checked_slope(slope, slope_deg), checked_whole("seed", seed, 0, LARGEST_SEED)
-    if method not in ("default", "nelder-mead"):
-        raise ValueError(f"method = {method!r}: must be 'default' or 'nelder-mead'")
+    checked_choice("method", method, ("default", "nelder-mead"))
     # Matrices are tiny: threads would only get in each other's way, and round differently.
     with threadpool_limits(1):
         found = [
@@ -179,29 +179,34 @@ def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
         return thesis_search(objective, candidates)
     ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
     if not ends or not is_as_good_as_can_be(objective, ends[0]):
-        for origin in around(objective):
-            near = explore(origin, spread_out(rank(origin, scan(origin.trial, seed, FEW_NODES)), FEW_POLISHED))
-            ends += approached(objective, origin, near[0].candidate) if near else []
-            objective.evaluations += origin.evaluations
-        ends.sort(key=lambda end: end.score.total)
+        ends += from_around(objective, NEAR, seed)
+    if not ends:
+        ends += from_around(objective, FAR, seed)
+    ends.sort(key=lambda end: end.score.total)
     return settle(objective, ends, candidates)
 
 
-def around(objective: Objective) -> list[Objective]:
-    """Return the same in neighbouring cells: some gaits are easily found there, and can be followed from there."""
+def from_around(objective: Objective, places: Sequence[tuple[float, float]], seed: int) -> list[End]:
+    """Search from the optima of places around: gaits that are rare here may be found there, and followed from there."""
     animal, slope, heading = objective.trial.setting.animal, objective.trial.setting.slope, objective.trial.heading
-    found = []
-    for d_slope, d_heading in ((SLOPE_AWAY, 0.0), (-SLOPE_AWAY, 0.0), (0.0, HEADING_AWAY), (0.0, -HEADING_AWAY)):
-        with suppress(ValueError):  # there is no such slope, or heading
-            animal.desired_speed(slope + d_slope)
-            found.append(objective.at(slope + d_slope, heading + d_heading))
-    return found
+    ends: list[End] = []
+    for change_deg, turn in places:
+        try:
+            animal.desired_speed(slope + math.radians(change_deg))
+            origin = objective.at(slope + math.radians(change_deg), heading + turn)
+        except ValueError:  # there is no such slope, or heading
+            continue
+        near = explore(origin, spread_out(rank(origin, scan(origin.trial, seed, FEW_NODES)), FEW_POLISHED))
+        ends += approached(objective, origin, near[0].candidate) if near else []
+        objective.evaluations += origin.evaluations
+    return ends
 
 
 def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
-    """Search from an optimum of another cell by way of what lies in between; return the ends, the best first."""
+    """Search from an optimum of another place by way of what lies in between; return the ends, the best first."""
     start, target = (np.array([o.trial.setting.slope, o.trial.heading]) for o in (origin, objective))
-    for share in HALTS:
+    count = max(LEAST_HALTS, round(abs(float(target[0] - start[0])) / HALT))
+    for share in (np.arange(count) + 1.0) / count:
         halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
         end = polish(halt, candidate, iterations=FIRST_ITERATIONS)
         if end is None:

@@ -5,8 +5,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -34,7 +32,7 @@ def print_json(records: Sequence[Mapping[str, Any]]) -> None:
     """Print a list of flat objects, one a line."""
     objects = [{name: plain(value) for name, value in record.items()} for record in records]
     lines = ",\n ".join(json.dumps(record, allow_nan=False) for record in objects)
-    typer.echo(f"[{lines}]")
+    print(f"[{lines}]")
 
 
 ATTRIBUTES = (
@@ -48,6 +46,7 @@ ATTRIBUTES = (
         "reduced_eigenvalue",
         "multipliers",
         "conserved",
+        "missing",
         "transport_cost",
         "work",
         "peak_force",
@@ -58,6 +57,8 @@ ATTRIBUTES = (
 """What is said about a gait in JSON; the net force is added in two parts."""
 LEAST_MULTIPLIER, MOST_MULTIPLIERS = 5e-4, 4
 """Smallest multiplier, and how many of them, that a table shows."""
+WIDEST = 10_000
+"""Characters of a table, which is as wide as what is in it."""
 
 
 def describe_gait(gait: "Gait") -> dict[str, Any]:
@@ -79,7 +80,7 @@ def print_optimum(best: "Optimum") -> None:
     amounts = ", ".join(f"{pair} {1e3 * amount:.2f} mm ({amount / lengths[pair]:.3f} l0)" for pair, amount in shares)
     phases = ", ".join(f"{math.degrees(angle):.1f}" for angle in best.phase)
     binding = "\n  ".join(best.active) or "none"
-    typer.echo(
+    print(
         f"{best.animal.name}, family {best.family}: slope {best.slope_deg:g} deg, heading {best.heading:g} rad\n"
         f"actuation: {amounts}\n"
         f"speed {best.speed:.4f} m/s, phases {phases} deg\n"
@@ -103,10 +104,12 @@ def describe_animal(animal: "Animal") -> dict[str, Any]:
 
 
 def print_animals(animals: "Sequence[Animal]") -> None:
-    """Print names and what they stand for, a line each."""
-    width = max(len(animal.name) for animal in animals)
-    for animal in animals:
-        typer.echo(f"{animal.name:{width}}  {animal.summary}".rstrip())
+    """Print names, pairs of legs, families and what they stand for, a line each."""
+    rows = [("animal", "pairs", "families", "summary")]
+    rows += [(animal.name, ", ".join(animal.pairs), ", ".join(animal.families), animal.summary) for animal in animals]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        print("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip())
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -160,15 +163,16 @@ def print_gaits(search: "Search") -> None:
         table.add_column(name, justify="right", no_wrap=True)
     for gait in search.gaits:
         table.add_row(str(gait.branch), gait.family, *columns(gait).values())
-    Console(highlight=False).print(table)
+    # What does not fit into a terminal is wider than it, and keeps its digits; names are no markup.
+    Console(highlight=False, markup=False, emoji=False, width=WIDEST).print(table)
     if first.conserved:
-        typer.echo(f"conserved, with a multiplier of 1 each: {', '.join(first.conserved)}")
+        print(f"conserved, with a multiplier of 1 each: {', '.join(first.conserved)}")
     for gait in search.gaits:
         if gait.grazes:
-            typer.echo(
-                f"branch {gait.branch}: a leg lifts off at {gait.grazing:.2g} m/s only; its stability is doubtful"
-            )
-    typer.echo(search.summary())
+            print(f"branch {gait.branch}: a leg lifts off at {gait.grazing:.2g} m/s only; its stability is doubtful")
+        if "transport_cost" in gait.missing:
+            print(f"branch {gait.branch}: no transport cost; {gait.missing['transport_cost']}")
+    print(search.summary())
 
 
 def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_json: bool) -> None:
@@ -187,7 +191,7 @@ def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_js
     (dx, dy), (vx, vy) = record["displacement"], record["velocity"]
     heading = math.remainder(math.atan2(-vx, vy) - end["yaw"].item(), 2.0 * math.pi)
     up, aside = ("up", "forward") if record["view"] == "side" else ("uphill", "to the right")
-    typer.echo(
+    print(
         f"{record['animal']}, family {record['family']}, slope {record['slope_deg']:g} deg{phases}\n"
         f"start: heading {record['heading']:.4g} rad, speed {record['speed']:.4f} m/s\n"
         f"after {strides:g} strides, {end['time'].item():.4f} s: {length(dy)} {up}, {length(dx, '+')} {aside}, "

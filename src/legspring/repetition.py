@@ -17,10 +17,10 @@ from legspring.kernel.walker import (
     DOWN,
     FOOT_X,
     FORCE,
-    GRIP_X,
     GYRATION,
     LEVEL,
     SINCE,
+    SPRING,
     TIME,
     VX,
     WATCHED,
@@ -136,11 +136,7 @@ def moment(setting: Setting, w: Walker) -> Moment:
     level = w.contacts[:, LEVEL] if setting.animal.sagittal else np.full(len(feet), math.nan)
     depths = np.nan_to_num(feet[:, 1] + place[1] - level)
     height = float(np.nan_to_num(place[1] - level[0]))
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    hips = stance[:, GRIP_X : GRIP_X + 2] @ np.array([[cosine, sine], [-sine, cosine]])
-    gaps = np.hypot(*(feet - hips).T) - np.array([leg.length for leg in setting.animal.legs])
-    stiffness = setting.legs(setting.animal.phase)[:, 2]
-    energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stiffness * gaps**2)[down]))
+    energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stance[:, SPRING] * w.gaps[0, :, 0] ** 2)[down]))
     if yaws:
         energy += rate**2 / float(w.body[GYRATION, 0])
     leaves = (w.contacts[:, WATCHED] == FORCE) & (w.contacts[:, SINCE] < w.clock[TIME])

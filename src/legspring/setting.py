@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from legspring.checks import checked_angle, checked_number, checked_slope, checked_vector
+from legspring.checks import checked_angle, checked_number, checked_slope, checked_vector, shown
 from legspring.kernel.walker import CLOCK, GROUND, N_LEG, Floats
 from legspring.kernel.written import address
 from legspring.model import Animal, Leg
@@ -139,7 +139,7 @@ class Setting:
         """Return the kernel's parameters of the legs, ``(L, 11)``, for the phase (rad) of each pair."""
         angles = checked_vector("phase", phase, len(self.animal.pairs))
         if np.any(np.abs(angles) > 1e3):
-            raise ValueError(f"phase = {phase!r}: must be angles in rad, of at most 1000")
+            raise ValueError(f"phase = {shown(phase)}: must be angles in rad, of at most 1000")
         time, mass = self.step_duration, self.animal.body.mass
         names = [leg.name for leg in self.animal.legs]
         rows = [
@@ -208,5 +208,5 @@ class Setting:
         valid = "from 1e-14 to 1e-3"
         number = checked_number("accuracy", accuracy, valid, 1e-3)
         if number < 1e-14:
-            raise ValueError(f"accuracy = {accuracy!r}: must be {valid}")
+            raise ValueError(f"accuracy = {shown(accuracy)}: must be {valid}")
         return 0.4 * number * max(leg.length for leg in self.animal.legs)

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector
+from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector, shown
 from legspring.kernel.measure import leg_series, state_series
 from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
 from legspring.model import Animal
@@ -48,12 +48,7 @@ def simulation(
     setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
 ) -> xr.Dataset:
     """Simulate an animal in its setting; see `simulate` for the result."""
-    per_stride = setting.steps_per_stride
-    number = per_stride * checked_positive("strides", strides)
-    steps = round(number)
-    if abs(steps - number) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
-        multiple = "a multiple of 1/2" if per_stride == 2 else "a whole number"
-        raise ValueError(f"strides = {strides!r}: must be {multiple}, up to {MOST_STEPS_AT_ONCE // per_stride}")
+    steps = steps_in(setting, strides)
     walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
     s = np.linspace(0.0, walker.clock[TIME], steps * SAMPLES + 1)
     y, index = states_at(tape, s)
@@ -92,6 +87,17 @@ def simulation(
             "step_duration": setting.step_duration,
         },
     )
+
+
+def steps_in(setting: Setting, strides: float) -> int:
+    """Return the number of steps in so many strides; raise ValueError if they cannot be simulated."""
+    per_stride = setting.steps_per_stride
+    number = per_stride * checked_positive("strides", strides)
+    steps = round(number)
+    if abs(steps - number) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
+        multiple = "a multiple of 1/2" if per_stride == 2 else "a whole number"
+        raise ValueError(f"strides = {shown(strides)}: must be {multiple}, up to {MOST_STEPS_AT_ONCE // per_stride}")
+    return steps
 
 
 def _about(units: str, name: str) -> dict[str, str]:
@@ -210,7 +216,8 @@ def simulate(
     setting = Setting(animal, slope_for(animal, slope, slope_deg), functions, actuation)
     start = Start(
         checked_positive("speed", speed),
-        checked_angle("heading", heading, math.pi if setting.event_driven else math.pi / 2),
+        # Gaits that are not tuned to a heading may have any.
+        checked_angle("heading", heading, math.pi / 2 if animal.tuned else math.pi),
         None if displacement is None else tuple(checked_vector("displacement", displacement, 2)),
         checked_angle("yaw", yaw, math.pi),
         checked_number("yaw_rate", yaw_rate),

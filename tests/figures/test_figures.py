@@ -1,3 +1,4 @@
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import legspring as ls
-from legspring.figures import draw_atlas, draw_gait, draw_recovery, draw_simulation, save_figure
+from legspring.figures import draw_animal, draw_atlas, draw_gait, draw_recovery, draw_simulation, save_figure
 from legspring.figures.maps import draw_panels, edges
 from legspring.figures.style import MARKERS
 from legspring.gait import Gait
@@ -67,6 +68,10 @@ def test_angles_are_shown_in_degrees_and_signed_numbers_around_zero(maps: xr.Dat
 def test_a_map_over_nothing_is_refused(maps: xr.Dataset) -> None:
     with pytest.raises(ValueError, match="recovery_steps: the atlas has no impulse"):
         draw_atlas(maps.isel(impulse=slice(0)), "recovery_steps", y="impulse", heading=float(maps.heading[0]))
+
+
+def test_a_leg_that_points_straight_ahead_is_drawn() -> None:
+    draw_animal(ls.cockroach().replace(angle_deg=0.0))
 
 
 def test_cells_are_centred_on_their_points() -> None:
@@ -245,8 +250,8 @@ def test_a_figure_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: py
     target = tmp_path / "map.png"
     target.write_text("old")
 
-    def half(self: Figure, file: Path, **options: Any) -> None:
-        file.write_text("half")
+    def half(self: Figure, file: BytesIO, **options: Any) -> None:
+        file.write(b"half")
         raise OSError("disk full")
 
     monkeypatch.setattr(Figure, "savefig", half)

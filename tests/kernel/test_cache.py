@@ -1,7 +1,6 @@
 """Machine code on disk is a convenience: whatever happens to it, the kernel works."""
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,23 +9,34 @@ from typing import Any
 
 import pytest
 
-import legspring
+# What takes little time to compile, with two signatures.
+TWICE = """
+from legspring.kernel.jit import driver
 
-# A function of the kernel that takes little time to compile, with two signatures.
+@driver
+def twice(x):
+    return 2.0 * x[0]
+"""
 CODE = """
 import logging, sys
 import numpy as np
 logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-from legspring.kernel.circle import characteristic
-for order in "C", "F":
-    print(characteristic(np.ones((1, 2, 2), order=order))[0, 0])
+from twice import twice
+for kind in "f4", "f8":
+    print(twice(np.ones(1, kind)))
 """
-RIGHT = "-2.0\n-2.0\n"
+RIGHT = "2.0\n2.0\n"
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs limits of files")
 
 
-def start(cache: Path | None = None, before: Callable[[], Any] | None = None, **more: str) -> "subprocess.Popen[str]":
-    environment = os.environ | ({"NUMBA_CACHE_DIR": str(cache)} if cache else {}) | more
+def start(
+    folder: Path, cache: Path | None = None, before: Callable[[], Any] | None = None, **more: str
+) -> "subprocess.Popen[str]":
+    """Start a process that calls a compiled function, whose source is in a folder."""
+    (folder / "source").mkdir(exist_ok=True)
+    (folder / "source" / "twice.py").write_text(TWICE)
+    places = os.pathsep.join([str(folder / "source"), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"PYTHONPATH": places, "NUMBA_CACHE_DIR": str(cache or folder / "cache")} | more
     return subprocess.Popen(
         [sys.executable, "-P", "-c", CODE],
         env=environment,
@@ -79,17 +89,15 @@ def test_files_of_other_versions_and_unfinished_ones_go(tmp_path: Path) -> None:
 def test_a_full_disk_is_no_hindrance(tmp_path: Path) -> None:
     import resource
 
-    assert "compiling" in compiles(tmp_path, lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
-    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+    assert "compiling" in compiles(tmp_path, before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+    assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
 
 def test_no_place_for_files_is_no_hindrance(tmp_path: Path) -> None:
-    shutil.copytree(
-        Path(legspring.__file__).parent, tmp_path / "legspring", ignore=shutil.ignore_patterns("__pycache__")
-    )
-    (tmp_path / "legspring" / "kernel" / "__pycache__").touch()
-    nowhere = {"PYTHONPATH": str(tmp_path), "HOME": os.devnull, "XDG_CACHE_HOME": os.devnull}
-    assert "NUMBA_CACHE_DIR" in compiles(Path(os.devnull) / "x", **nowhere)
+    (tmp_path / "source").mkdir()
+    (tmp_path / "source" / "__pycache__").touch()
+    nowhere = {"HOME": os.devnull, "XDG_CACHE_HOME": os.devnull}
+    assert "NUMBA_CACHE_DIR" in compiles(tmp_path, Path(os.devnull) / "x", **nowhere)
 
 
 def test_processes_that_compile_at_once_share_the_files(tmp_path: Path) -> None:
@@ -98,10 +106,10 @@ def test_processes_that_compile_at_once_share_the_files(tmp_path: Path) -> None:
         out, said = run.communicate()
         assert (run.returncode, out) == (0, RIGHT), said
     assert compiles(tmp_path) == ""
-    assert {path.suffix for path in tmp_path.rglob("*") if path.is_file()} == {".nbc"}
+    assert {path.suffix for path in (tmp_path / "cache").rglob("*") if path.is_file()} == {".nbc"}
 
 
-def test_without_a_compiler_it_says_so() -> None:
-    out, said = (run := start(NUMBA_DISABLE_JIT="1")).communicate()
+def test_without_a_compiler_it_says_so(tmp_path: Path) -> None:
+    out, said = (run := start(tmp_path, NUMBA_DISABLE_JIT="1")).communicate()
     assert run.returncode == 1 and out == ""
     assert said.splitlines()[-1].startswith("ValueError: NUMBA_DISABLE_JIT = '1': must be 0, or left out")

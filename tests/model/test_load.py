@@ -1,3 +1,4 @@
+import json
 import subprocess
 import sys
 from math import atan2, cos, hypot, radians, sin
@@ -114,6 +115,25 @@ def test_what_is_not_there(file: Path) -> None:
         load_animal("roach")
     with pytest.raises(ModelError, match="Is a directory"):
         load_animal(file.parent)
+
+
+@pytest.mark.parametrize("name", ["x" * 5000, "a\0b", "a\0.toml", "y" * 300 + ".toml"])
+def test_names_that_no_file_can_have(name: str, file: Path) -> None:
+    with pytest.raises(ModelError, match=r"^(no animal |y)") as caught:
+        load_animal(name)
+    assert str(caught.value).isprintable() and len(str(caught.value)) <= 300
+    file.write_text(f"like = {json.dumps(name)}")
+    with pytest.raises(ModelError, match=r"mine\.toml|^y|/y|\.\.\.$") as caught:
+        load_animal(file)
+    assert str(caught.value).isprintable() and len(str(caught.value)) <= 300
+
+
+def test_names_of_files_are_cut_and_labels_are_short(file: Path) -> None:
+    long = file.with_name(100 * "n" + ".toml")
+    long.write_text('like = "cockroach"')
+    assert load_animal(long).name == 60 * "n"
+    with pytest.raises(ModelError, match=r"name = .*: string must have at most 60 characters"):
+        cockroach().replace(name=61 * "n")
 
 
 def test_the_model_imports_nothing_heavy() -> None:

@@ -176,7 +176,7 @@ def _damper(axes: Axes, hip: Floats, foot: Floats, colour: str, distance: float)
 def _arc(axes: Axes, centre: Floats, radius: float, low: float, high: float, size: float) -> None:
     """Draw an angle between two directions (rad, counter-clockwise from the right); a narrow one further out."""
     words, half = f"{math.degrees(abs(high - low)):.3g}°", 0.5 * abs(high - low)
-    radius = max(radius, min(ROOM * size / math.sin(half), 2.0 * radius))
+    radius = max(radius, min(ROOM * size / max(math.sin(half), 1e-9), 2.0 * radius))
     turns = np.linspace(low, high, 40)
     axes.plot(centre[0] + radius * np.cos(turns), centre[1] + radius * np.sin(turns), color=GRAY, linewidth=0.7)
     # Where it is too narrow for words, they are on the other side of its first direction.

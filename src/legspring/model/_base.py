@@ -8,7 +8,8 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from legspring.checks import one_line, shown
+from legspring.checks import shown
+from legspring.messages import one_line
 
 
 class ModelError(ValueError):
@@ -42,7 +43,8 @@ def require_printable(text: str) -> str:
     return text
 
 
-Label = Annotated[str, Field(min_length=1), AfterValidator(require_printable)]
+LONGEST_LABEL = 60
+Label = Annotated[str, Field(min_length=1, max_length=LONGEST_LABEL), AfterValidator(require_printable)]
 
 
 class Frozen(BaseModel):

@@ -155,7 +155,7 @@ class Animal(Frozen):
     @property
     def conservative(self) -> bool:
         """Whether the legs do no work, so that energy is conserved where gravity does none."""
-        return not any(leg.actuation or leg.damping or leg.stance or leg.length_law for leg in self.legs)
+        return all(leg.passive for leg in self.legs)
 
     @property
     def sagittal(self) -> bool:
@@ -298,6 +298,9 @@ def _changed_legs(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]
 def _by_pair(name: str, value: Any, pairs: tuple[str, ...]) -> dict[str, Any]:
     """Give each pair its value: the only one, or its own out of a sequence."""
     dimensions, array = 1 if name == "hip" else 0, None
+    if isinstance(value, range):
+        # It may be too long to be made an array.
+        value = [*value[: len(pairs) + 3]]
     # Lists too deep for an array are none of these, and what is masked is missing.
     if not np.ma.is_masked(value):
         with suppress(ValueError):

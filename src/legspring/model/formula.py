@@ -56,6 +56,13 @@ def parse(text: str) -> "sympy.Expr":
         raise ModelError(f"{VALID}; {reason}") from None
 
 
+def is_constant(text: str) -> bool:
+    """Whether a formula's value is the same at all times."""
+    import sympy
+
+    return sympy.Symbol("t", real=True) not in parse(text).free_symbols
+
+
 def _nesting(node: ast.AST) -> int:
     """How deep functions and powers are nested: the second rate of a deep one is too long to be compiled."""
     itself = isinstance(node, ast.Call) or (isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow))

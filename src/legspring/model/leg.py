@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from legspring.checks import shown
 from legspring.model._base import Frozen, Label, Number, Positive, require_number
-from legspring.model.formula import Formula
+from legspring.model.formula import Formula, is_constant
 
 _NOBODY: Mapping[str, str] = MappingProxyType({})
 
@@ -131,6 +131,12 @@ class Leg(Frozen):
     def plain(self) -> bool:
         """Whether it is a leg of the thesis: on the sinusoid, without a damper, up when its force is zero."""
         return self.length_law is None and self.stance is None and self.damping == 0.0
+
+    @property
+    def passive(self) -> bool:
+        """Whether it does no work: a spring of constant length, up when its force is zero, without a damper."""
+        constant = self.actuation == 0.0 if self.length_law is None else is_constant(self.length_law)
+        return constant and self.stance is None and self.damping == 0.0
 
     def mirrored(self, name: str, partners: Mapping[str, str] = _NOBODY) -> "Leg":
         """Return the leg's mirror image: on the body's other side, one step later.

@@ -1,5 +1,6 @@
 """Animals from files: the presets of the package and those of the user, in the same form."""
 
+import os
 import tomllib
 from collections.abc import Callable
 from functools import cache
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from legspring.checks import shown
-from legspring.model._base import ModelError
+from legspring.model._base import LONGEST_LABEL, ModelError
 from legspring.model.animal import Animal
 
 # Not in a folder named "presets": imported as a package, it would hide the function of that name.
@@ -76,7 +77,8 @@ def _find(name: str, folder: Path, about: str) -> Path:
     if name in presets():
         return _PRESETS / f"{name}.toml"
     path = folder / name
-    if not path.exists() and path.suffix != ".toml":
+    # No system has such a name; one that is too long does not exist.
+    if "\0" in name or not (os.path.exists(path) or path.suffix == ".toml"):
         raise ModelError(f"{about.format(shown(name))}: must be a preset ({', '.join(presets())}) or a TOML file")
     return path
 
@@ -86,7 +88,7 @@ def _read(path: Path, before: tuple[Path, ...]) -> Animal:
     # The path in words, whatever bytes the system has in its name.
     words, stem = (text.encode("utf-8", "backslashreplace").decode() for text in (str(path), path.stem))
     make: Callable[..., Animal] = Animal
-    fields = {"name": stem} | _fields(path, words)
+    fields = {"name": stem[:LONGEST_LABEL]} | _fields(path, words)
     if "like" in fields:
         like, here = fields.pop("like"), path.resolve()
         if not isinstance(like, str):

@@ -56,7 +56,7 @@ def leg_lengths(simulation: xr.Dataset) -> Figure:
     figure.supylabel("length (mm); zero in swing")
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     about = simulation.attrs
-    phases = ", ".join(f"{phase:.0f}" for phase in np.rad2deg(about["phase"]))
+    phases = ", ".join(f"{phase:.0f}" for phase in np.rad2deg(simulation["phase"].values))
     figure.suptitle(
         f"Phases {phases} deg; slope {about['slope_deg']:g} deg, heading {about['heading']:g} rad and "
         f"speed {about['speed']:g} m/s are our choice",

@@ -1,0 +1,143 @@
+"""The command: whatever its arguments, it ends with a status of its own, and says in one line what is wrong."""
+
+import functools
+import os
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+import legspring as ls
+from legspring import solve
+from legspring.cli import app
+from tests.fuzz.trying import OUTCOMES, examples, is_one_line, text
+
+NUMBERS = [
+    *3 * ["1", "0.5", "2"],
+    "0",
+    "45",
+    "90",
+    "0.15",
+    "-0.3",
+    "1",
+    "2",
+    "1e-9",
+    "nan",
+    "inf",
+    "1e400",
+    "0x10",
+    "\uff11",
+    "",
+    "9" * 400,
+    "-1",
+]
+FILES = [
+    *4 * ["x.png"],
+    "x.png",
+    "x.pdf",
+    "x.nc",
+    "x.csv",
+    "x.mat",
+    "x.txt",
+    "",
+    ".",
+    "nowhere/x.png",
+    "folder.png",
+    "x\0.png",
+    "y" * 300 + ".svg",
+]
+GRIDS = ["45", "45,60", "0:90:45", "::", "0:90:0", "0:1e9:1e-9", "nan:1:1", "a", "", "90:0:10", "0:1:1e-320"]
+LISTS = [*4 * ["0.01,0.01,0.01"], "0.01,0.01,0.01", "1,2,3", "1", "", ",", "63,4,-49", "0.1,nan,0", "1,2,3,4"]
+WORDS = [
+    *3 * ["A", "B", "P", "stability"],
+    "A",
+    "FB",
+    "B",
+    "P",
+    "stability",
+    "efficiency",
+    "complete",
+    "reduced",
+    "nelder-mead",
+    "2.1",
+    "4.2,6.1",
+    "[/x]",
+]
+VALUES: dict[str, list[str]] = {
+    "--slope": NUMBERS, "--heading": NUMBERS, "--branch": NUMBERS, "--speed": NUMBERS, "--strides": NUMBERS,
+    "--impulse": NUMBERS, "--workers": ["0", "nan", "-1", "1e9", "x"], "--family": WORDS, "--actuation": LISTS,
+    "--phase": ["10,20,30", *LISTS], "--figure": FILES, "--out": FILES, "--slopes": GRIDS, "--headings": GRIDS,
+    "--method": WORDS, "--objective": WORDS, "--map": WORDS, "--only": WORDS, "--json": [], "--no-recovery": [],
+    "--help": [], "--version": [],
+}  # fmt: skip
+OPTIONS = {
+    "presets": ["--json", "--figure"],
+    "gaits": ["--family", "--actuation", "--json", "--figure"],
+    "simulate": "--branch --family --speed --phase --actuation --strides --out --json --figure".split(),  # noqa: SIM905
+    "recover": ["--impulse", "--branch", "--family", "--actuation", "--json", "--figure"],
+    "atlas": ["--out", "--slopes", "--headings", "--no-recovery", "--actuation"],
+    "optimize": ["--objective", "--family", "--map", "--method", "--json", "--figure"],
+    "reproduce": ["--out", "--only", "--method", "--workers"],
+}
+
+
+@st.composite
+def arguments(draw: st.DrawFn) -> list[str]:
+    """Return arguments of a command, many of them its own and valid, some not."""
+    command = draw(st.sampled_from([*OPTIONS]))
+    given = [command]
+    if command not in ("presets", "reproduce"):
+        given.append(
+            draw(
+                st.sampled_from(
+                    [*2 * ls.presets(), *8 * ["cockroach"], "animal.toml", "broken.toml", "roach", "", "[/x]"]
+                )
+            )
+        )
+        if draw(st.integers(0, 3)):
+            given += ["--slope", "45", "--heading", "0.15"] if command != "atlas" else ["--out", "a.nc"]
+    for option in draw(st.lists(st.sampled_from(OPTIONS[command]), max_size=2)):
+        given.append(option)
+        given += [draw(st.one_of(*[st.sampled_from(VALUES[option])] * 9, text()))] if VALUES[option] else []
+    if draw(st.integers(0, 9)) == 0:
+        given.insert(draw(st.integers(0, len(given))), draw(st.one_of(st.sampled_from([*VALUES, *WORDS]), text())))
+    return given
+
+
+def worked(*_: Any, **__: Any) -> None:
+    """Stand for work that takes too long; everything before it has been right."""
+    raise ValueError("work")
+
+
+@pytest.fixture(scope="session")
+def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """Return a runner in a folder of its own, where searches are short and long work is not done."""
+    folder = tmp_path_factory.mktemp("commands")
+    (folder / "folder.png").mkdir()
+    (folder / "animal.toml").write_text('like = "cockroach"\nname = "[/red] :smile:"\n')
+    (folder / "broken.toml").write_text("mass = [/]")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        short = functools.partial(solve.search_gaits, starts=4)
+        patch.setattr("legspring.solve.search_gaits", short)
+        for name in ("optimisation.search", "peterson2011.reproduce.Store"):
+            patch.setattr(f"legspring.{name}", worked, raising=False)
+        patch.setattr("legspring.sweep.find_all", worked)
+        yield CliRunner()
+
+
+@examples(in_ci=600, share=0.14)
+@given(given=arguments())
+def test_a_command_ends_with_a_status_and_a_line(runner: CliRunner, given: list[str]) -> None:
+    result = runner.invoke(app, given)
+    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+    assert result.exit_code in (0, 1, 2)
+    assert "Traceback" not in result.output
+    if result.exit_code:
+        assert result.stderr.endswith("\n") and is_one_line(result.stderr[:-1]), result.stderr
+    else:
+        assert result.stdout or "nothing to draw" in result.stderr
+    assert not [name for name in os.listdir() if name.endswith(".part")]
+    OUTCOMES[f"{given[0] if given[0] in OPTIONS else 'no command'}: status {result.exit_code}"] += 1
