@@ -69,7 +69,7 @@ def rates(
     struts: Floats,
     out: Floats,
 ) -> None:
-    """Write the time derivative of the state ``y`` at time s into ``out``, but for the derivatives' columns.
+    """Write the accelerations in the state ``y`` at time s into ``out``, but for the derivatives' columns.
 
     ``phase`` is that of the time; what `tangent_rates` needs of the legs goes into ``struts``.
     """
@@ -81,23 +81,23 @@ def rates(
         for i in range(contacts.shape[0]):
             if contacts[i, DOWN] != 0.0:
                 rx, ry, hx, hy, r, gap = spring(y, stance, i, lean, phase)
-                pull = stance[i, SPRING, 0] * gap / r
+                # Quicker than a division by r, which would have to wait for the root.
+                inverse = r * (1.0 / (rx * rx + ry * ry))
+                pull = stance[i, SPRING, 0] * gap * inverse
                 ax += pull * rx
                 ay += pull * ry
                 moment += pull * (hx * ry - hy * rx)
                 if y.shape[1] > 1:
                     leg = struts[i]
-                    leg[0], leg[1], leg[2], leg[3], leg[4], leg[5] = rx, ry, hx, hy, r, gap
+                    leg[0], leg[1], leg[2], leg[3], leg[4] = rx * inverse, ry * inverse, hx, hy, gap
+                    leg[5], leg[6] = pull, stance[i, SPRING, 0] - pull
     else:
         fx, fy, moment = any_forces(s, y, stance, contacts, lean, phase)
         ax += fx
         ay += fy
-    out[X, 0] = y[VX, 0]
-    out[Y, 0] = y[VY, 0]
     out[VX, 0] = ax
     out[VY, 0] = ay
     if y.shape[0] == 6:
-        out[YAW, 0] = y[YAW_RATE, 0]
         out[YAW_RATE, 0] = body[GYRATION, 0] * moment
 
 
@@ -170,7 +170,7 @@ def any_forces(s: float, y: Floats, stance: Floats, contacts: Floats, lean: Pair
     return ax, ay, moment
 
 
-@jit
+@formula
 def tangent_rates(
     s: float,
     phase: Pair,
@@ -182,34 +182,28 @@ def tangent_rates(
     struts: Floats,
     out: Floats,
 ) -> None:
-    """Write the time derivatives of the derivatives in ``y`` into ``out`` (variational equations), after `rates`."""
+    """Write the derivatives of the accelerations into ``out`` (variational equations), after `rates`."""
     rows, width = y.shape
     lean = turn(y)
     moment = 0.0
     if clock[ALL_PLAIN] != 0.0:
         if rows == 6:
-            plain_tangents(y, stance, contacts, struts, lean, phase, out, True)
+            plain_tangents(y, stance, contacts, body, struts, lean, phase, out, True)
         else:
-            plain_tangents(y, stance, contacts, struts, lean, phase, out, False)
+            plain_tangents(y, stance, contacts, body, struts, lean, phase, out, False)
         if rows == 6:
             for i in range(contacts.shape[0]):
                 if contacts[i, DOWN] != 0.0:
                     leg = struts[i]
-                    pull = stance[i, SPRING, 0] * leg[5] / leg[4]
-                    moment += pull * (leg[2] * leg[1] - leg[3] * leg[0])
+                    moment += stance[i, SPRING, 0] * leg[4] * (leg[2] * leg[1] - leg[3] * leg[0])
     else:
         for d in range(1, width):
-            out[VX, d] = out[VY, d] = 0.0
+            out[VX, d], out[VY, d] = 0.0, -body[GRAVITY, d]
             if rows == 6:
                 out[YAW_RATE, d] = 0.0
         moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
-    for d in range(1, width):
-        out[X, d] = y[VX, d]
-        out[Y, d] = y[VY, d]
-        out[VY, d] -= body[GRAVITY, d]
     if rows == 6:
         for d in range(1, width):
-            out[YAW, d] = y[YAW_RATE, d]
             out[YAW_RATE, d] = body[GYRATION, 0] * out[YAW_RATE, d] + body[GYRATION, d] * moment
 
 
@@ -223,15 +217,15 @@ def tangent(y: Floats, rows: Floats, leg: Floats, lean: Pair, phase: Pair, d: In
 
     The hip moves with its offset in the body, turned by the yaw, and with the yaw itself. ``rows`` is the leg's stance.
     """
-    k, inverse, gap, turning = rows[SPRING, 0], 1.0 / leg[4], leg[5], 0.0
-    ux, uy, q = leg[0] * inverse, leg[1] * inverse, gap * inverse
-    hip_x, hip_y = hip(rows[GRIP_X, d], rows[GRIP_Y, d], lean)
+    k, ux, uy, gap, turning = rows[SPRING, 0], leg[0], leg[1], leg[4], 0.0
+    hip_x, hip_y = rows[GRIP_X, d], rows[GRIP_Y, d]
     if yaws:
+        hip_x, hip_y = hip(hip_x, hip_y, lean)
         hip_x, hip_y = hip_x - y[YAW, d] * leg[3], hip_y + y[YAW, d] * leg[2]
     rx, ry = rows[FOOT_X, d] - y[X, d] - hip_x, rows[FOOT_Y, d] - y[Y, d] - hip_y
-    tension = k * (1.0 - q) * (ux * rx + uy * ry) + gap * rows[SPRING, d]
+    tension = leg[6] * (ux * rx + uy * ry) + gap * rows[SPRING, d]
     tension -= k * length(rows[LAW, d], rows[LAW + 1, d], rows[LAW + 2, d], phase[0], phase[1])
-    fx, fy = k * q * rx + tension * ux, k * q * ry + tension * uy
+    fx, fy = leg[5] * rx + tension * ux, leg[5] * ry + tension * uy
     if yaws:
         turning = leg[2] * fy - leg[3] * fx + k * gap * (hip_x * uy - hip_y * ux)
     return fx, fy, turning
@@ -239,14 +233,27 @@ def tangent(y: Floats, rows: Floats, leg: Floats, lean: Pair, phase: Pair, d: In
 
 @formula
 def plain_tangents(
-    y: Floats, stance: Floats, contacts: Floats, struts: Floats, lean: Pair, phase: Pair, out: Floats, yaws: bool
+    y: Floats,
+    stance: Floats,
+    contacts: Floats,
+    body: Floats,
+    struts: Floats,
+    lean: Pair,
+    phase: Pair,
+    out: Floats,
+    yaws: bool,
 ) -> None:
-    """Write the sums over all legs of `tangent`, for four directions at a time, which suits vector instructions."""
+    """Write gravity and the sums of `tangent` over all legs, for four directions at a time: vector instructions.
+
+    The last four may have some in common with those before.
+    """
     width = y.shape[1]
-    for d in range(1, width - 3, 4):
-        four_tangents(y, stance, contacts, struts, lean, phase, np.uint64(d), out, yaws)
-    for d in range(width - (width - 1) % 4, width):
-        ax = ay = am = 0.0
+    if width > 4:
+        for d in range(1, width, 4):
+            four_tangents(y, stance, contacts, body, struts, lean, phase, np.uint64(min(d, width - 4)), out, yaws)
+        return
+    for d in range(1, width):
+        ax, ay, am = 0.0, -body[GRAVITY, d], 0.0
         for i in range(contacts.shape[0]):
             if contacts[i, DOWN] != 0.0:
                 x, y_, m = tangent(y, stance[i], struts[i], lean, phase, d, yaws)
@@ -261,6 +268,7 @@ def four_tangents(
     y: Floats,
     stance: Floats,
     contacts: Floats,
+    body: Floats,
     struts: Floats,
     lean: Pair,
     phase: Pair,
@@ -269,7 +277,9 @@ def four_tangents(
     yaws: bool,
 ) -> None:
     """Do that for four directions, from d on."""
-    ax = ay = am = bx = by = bm = cx = cy = cm = dx = dy = dm = 0.0
+    ax = am = bx = bm = cx = cm = dx = dm = 0.0
+    g = body[GRAVITY]
+    ay, by, cy, dy = -g[d], -g[d + ONE], -g[d + TWO], -g[d + THREE]
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:
             rows, leg = stance[i], struts[i]

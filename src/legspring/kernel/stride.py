@@ -11,11 +11,11 @@ import math
 import numba
 import numpy as np
 
-from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents
+from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents, tangents_at
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.length import delay_law, law, phase_at, set_law
-from legspring.kernel.motion import force_changes, hip, measure_gaps, tangent_rates, turn
+from legspring.kernel.motion import force_changes, hip, measure_gaps, turn
 from legspring.kernel.walker import (
     ANGLE,
     ARM_X,
@@ -282,7 +282,7 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangent_rates(s, phase_at(s), w.y, w.stance, w.contacts, w.body, w.clock, w.struts[0], w.k[0])
+        tangents_at(s, phase_at(s), w.y, w, 0)
     return happened, ends
 
 
@@ -358,13 +358,15 @@ def try_steps(s: float, h: float, bound: float, w: Walker, scale: float) -> tupl
     """
     for _ in range(MOST_TRIES):
         error = step(s, h, w) / scale
+        # The eighth root by what takes no call.
+        factor = 0.9 / math.sqrt(math.sqrt(math.sqrt(error)))
         if not error <= 1.0:
-            h *= max(0.1, 0.9 * error**-0.125) if error < math.inf else 0.1
+            h *= max(0.1, factor) if error < math.inf else 0.1
             w.clock[NEXT_STEP] = h
             if h < SMALLEST_STEP * w.clock[FASTEST]:
                 return STEP_TOO_SMALL, h, 0.0, -1
             continue
-        w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, 0.9 * error**-0.125))
+        w.clock[NEXT_STEP] = max(w.clock[NEXT_STEP], h * min(5.0, factor))
         measure_gaps(s + h, w.ahead, w.k[12], w.stance, w.contacts, w.clock, w.gaps[1])
         kind, where, leg = next_event(s, h, w.contacts, w.gaps, w.clock[FASTEST])
         if kind == NONE or (kind == HERE and s + h + where > bound):
@@ -383,9 +385,10 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
         move_end(s + h, shift, w)
         refresh(s + h + shift, w)
     else:
-        copy(w.ahead, w.y)
-        copy(w.k[12], w.k[0])
-        copy(w.struts[12], w.struts[0])
+        copy(w.flat_ahead, w.flat_y)
+        copy(w.flat_k[12], w.flat_k[0])
+        if w.y.shape[1] > 1:
+            copy(w.struts[12], w.struts[0])
         copy(w.gaps[1], w.gaps[0])
     return s + h + shift
 

@@ -85,10 +85,10 @@ class Walker(NamedTuple):
         Room for the rates at the stages of a step ``(16, n, C)``, the state at its end and inside ``(n, C)``, and
         each leg's gap with its first two rates at its start and end ``(2, L, 3)``.
     phases
-        ``(2, 16)``: sine and cosine of pi times the times of the stages of a step.
+        ``(2, 12)``: sine and cosine of pi times the times of the stages of a step, but the first.
     struts
-        ``(16, L, 6)``: plain legs in stance at these stages, for the derivatives: from hip to foot (x, y), hip seen
-        from the centre of mass (x, y), length, gap.
+        ``(16, L, 7)``: plain legs in stance at these stages, for the derivatives: direction from hip to foot (x, y),
+        hip seen from the centre of mass (x, y), gap, and stiffness across and, less that across, along the leg.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
     flat_y, flat_k, flat_ahead, flat_room
@@ -171,8 +171,8 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         ahead,
         room,
         np.zeros((2, n_legs, 3)),
-        np.zeros((2, 16)),
-        np.zeros((16, n_legs, 6)),
+        np.zeros((2, 12)),
+        np.zeros((16, n_legs, 7)),
         np.zeros(width),
         np.zeros(width),
         np.zeros(width),
