@@ -91,8 +91,8 @@ class Walker(NamedTuple):
         hip seen from the centre of mass (x, y), gap, and stiffness across and, less that across, along the leg.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
-    flat_y, flat_k, flat_ahead, flat_room
-        The same memory as ``y``, ``k``, ``ahead`` and ``room``, with the last two axes made one.
+    flat_y, flat_k, flat_ahead
+        The same memory as ``y``, ``k`` and ``ahead``, with the last two axes made one.
     """
 
     body: Floats
@@ -114,7 +114,6 @@ class Walker(NamedTuple):
     flat_y: Floats
     flat_k: Floats
     flat_ahead: Floats
-    flat_room: Floats
 
 
 class Tape(NamedTuple):
@@ -179,7 +178,6 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         y.reshape(-1),
         k.reshape(16, -1),
         ahead.reshape(-1),
-        room.reshape(-1),
     )
 
 
