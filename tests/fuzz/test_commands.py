@@ -111,7 +111,7 @@ def worked(*_: Any, **__: Any) -> None:
     raise ValueError("work")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """Return a runner in a folder of its own, where searches are short and long work is not done."""
     folder = tmp_path_factory.mktemp("commands")
