@@ -279,6 +279,8 @@ def simulate(
 
     Example: legspring simulate lateral_leg_spring --speed 0.5 --heading 0.1 --strides 20
     """
+    from legspring.model import load_animal
+
     if out is not None:
         from legspring.files import SAVERS, check_output
 
@@ -292,7 +294,8 @@ def simulate(
         if branch is not None:
             raise ValueError(f"--branch = {branch}: must be left out for a start that is no gait")
         run = simulate_start(animal, slope, heading, speed, phase, family, actuation, strides)
-        about = {"family": family, "branch": None}
+        # Without a family there is but one.
+        about = {"family": family or next(iter(load_animal(animal).families)), "branch": None}
     print_run(run, about, strides, as_json)
     save((out, partial(save_dataset, run)), (figure, draws("draw_simulation", run)))
 
