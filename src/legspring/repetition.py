@@ -11,27 +11,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from legspring.kernel.walker import (
-    DOWN,
-    FOOT_X,
-    FORCE,
-    GYRATION,
-    LEVEL,
-    SINCE,
-    SPRING,
-    TIME,
-    VX,
-    WATCHED,
-    YAW,
-    YAW_RATE,
-    Floats,
-    Walker,
-    X,
-)
-from legspring.returnmap import IntegrationError, Start, flow
-from legspring.setting import Setting
+from legspring.flow import Flow, IntegrationError, flow
+from legspring.kernel.walker import Floats
+from legspring.layout import System
 
 STRIDES = 2
 ACCURACY = 3e-13
@@ -43,7 +27,7 @@ FARTHEST = 1e-3
 
 
 class Moment(NamedTuple):
-    """A walker at the start of a step: what comes back if the motion repeats itself.
+    """The start of a step, in SI units: what comes back if the motion repeats itself.
 
     Loads are how far legs that are down are from lifting off at zero force, m; infinite for those that have just been
     put down, or that the clock lifts.
@@ -67,13 +51,13 @@ class Departure(NamedTuple):
     what: str
 
 
-def departure(setting: Setting, phase: ArrayLike, start: Start, growth: float = 1.0) -> Departure | None:
+def departure(system: System, p: Floats, growth: float = 1.0) -> Departure | None:
     """Follow a motion for two strides; say what does not come back, if there is something.
 
     Parameters
     ----------
-    setting, phase, start
-        The motion.
+    system, p
+        The motion: an animal on its slope, and all parameters with the start.
     growth
         By how much a small departure may grow in a stride: the largest magnitude of a multiplier.
 
@@ -83,73 +67,66 @@ def departure(setting: Setting, phase: ArrayLike, start: Start, growth: float = 
         None if everything comes back to within 1e-8 max(1, growth^2), and within 1e-3 at the most.
     """
     allowed = min(CLOSE * max(1.0, growth**STRIDES), FARTHEST) if math.isfinite(growth) else FARTHEST
-    first = moment(setting, flow(setting, phase, start, steps=0)[0])
-    for step in range(1, STRIDES * setting.steps_per_stride + 1):
+    first = moment(flow(system, p, steps=0))
+    for step in range(1, STRIDES * system.steps_per_stride + 1):
         try:
-            walker = flow(setting, phase, start, steps=step, accuracy=ACCURACY)[0]
+            now = moment(flow(system, p, steps=step, accuracy=ACCURACY))
         except IntegrationError as error:
             return Departure(math.inf, f"in step {step} it {error}")
-        now = moment(setting, walker)
-        if setting.mirrored and step % 2:
-            now = mirrored(setting, now)
-        for found in departures(setting, first, now):
+        if system.mirrored and step % 2:
+            now = mirrored(system, now)
+        for found in departures(system, first, now):
             if not found.amount <= allowed:
                 return Departure(found.amount, f"after {step} step{'s' if step > 1 else ''} {found.what}")
     return None
 
 
-def departures(setting: Setting, first: Moment, now: Moment) -> Iterator[Departure]:
+def departures(system: System, first: Moment, now: Moment) -> Iterator[Departure]:
     """Compare everything, one after the other; the contacts first, as the rest depends on them."""
-    names = np.array([leg.name for leg in setting.animal.legs])
-    speed, length = math.hypot(*first.velocity), max(leg.length for leg in setting.animal.legs)
+    names = np.array([leg.name for leg in system.animal.legs])
+    speed, length = math.hypot(*first.velocity), max(leg.length for leg in system.animal.legs)
     for words, here, there in (("is down", now, first), ("is up", first, now)):
         for leg in np.flatnonzero(here.down & ~there.down):
             # A leg that is just about to lift off, or has just done so, makes no difference.
             yield Departure(here.loads[leg] / length, f"{names[leg]} {words}, which was not so at the start")
-    scale = 1.0 / setting.step_duration
-    (vx, vy), (ux, uy) = now.velocity * scale, first.velocity * scale
+    (vx, vy), (ux, uy) = now.velocity, first.velocity
     off = float(np.max(np.abs(now.velocity - first.velocity))) / speed
     yield Departure(off, f"the velocity is ({vx:.6g}, {vy:.6g}) m/s, and not ({ux:.6g}, {uy:.6g})")
     turned = math.remainder(now.yaw - first.yaw, 2.0 * math.pi)
     yield Departure(abs(turned), f"the yaw is off by {turned:.3g} rad")
     spin = now.yaw_rate - first.yaw_rate
-    yield Departure(abs(spin) * length / speed, f"the yaw rate is off by {spin * scale:.3g} rad/s")
+    yield Departure(abs(spin) * length / speed, f"the yaw rate is off by {spin:.3g} rad/s")
     both = now.down & first.down
     for name, depth in zip(names[both], now.depths[both], strict=True):
         yield Departure(abs(depth) / length, f"the foot of {name} is {abs(depth):.3g} m off the ground")
     yield Departure(abs(now.height - first.height) / length, f"the height is off by {now.height - first.height:.3g} m")
     for name, gap in zip(names[both], (now.feet - first.feet)[both], strict=True):
         yield Departure(float(np.max(np.abs(gap))) / length, f"the foot of {name} is {np.hypot(*gap):.3g} m off")
-    if "energy" in setting.conserved:
+    if "energy" in system.conserved:
         off = abs(now.energy - first.energy) / first.energy
         yield Departure(off, f"the kinetic and spring energy is off by a share of {off:.3g}")
 
 
-def moment(setting: Setting, w: Walker) -> Moment:
-    """Look at a walker; in the kernel's units."""
-    y, stance = w.y[:, 0], w.stance[:, :, 0]
-    down, place = w.contacts[:, DOWN] != 0.0, y[X : X + 2]
-    yaws = setting.rows == 6
-    yaw, rate = (float(y[YAW]), float(y[YAW_RATE])) if yaws else (0.0, 0.0)
-    feet = stance[:, FOOT_X : FOOT_X + 2] - place
+def moment(run: Flow) -> Moment:
+    """Look at the end of a simulation."""
+    system, legs = run.system, run.contacts()
+    state, body = np.pad(run.state[:, 0], (0, 6 - system.rows)), system.animal.body
+    loads = np.where(legs.leaves, np.abs(legs.gaps), math.inf)
     # Where nothing stands on a ground, there are no heights.
-    level = w.contacts[:, LEVEL] if setting.animal.sagittal else np.full(len(feet), math.nan)
-    depths = np.nan_to_num(feet[:, 1] + place[1] - level)
-    height = float(np.nan_to_num(place[1] - level[0]))
-    energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stance[:, SPRING] * w.gaps[0, :, 0] ** 2)[down]))
-    if yaws:
-        energy += rate**2 / float(w.body[GYRATION, 0])
-    leaves = (w.contacts[:, WATCHED] == FORCE) & (w.contacts[:, SINCE] < w.clock[TIME])
-    loads = np.where(leaves, np.abs(w.gaps[0, :, 0]), math.inf)
-    return Moment(y[VX : VX + 2].copy(), yaw, rate, down, loads, feet, height, depths, 0.5 * energy)
+    depths, height = np.nan_to_num(legs.feet[:, 1] - legs.ground), float(np.nan_to_num(-legs.ground[0]))
+    energy = body.mass * np.sum(state[2:4] ** 2) + np.sum((legs.stiffness * legs.gaps**2)[legs.down])
+    if system.yaws and body.inertia:
+        energy += body.inertia * state[5] ** 2
+    spin = float(state[5])
+    return Moment(state[2:4], float(state[4]), spin, legs.down, loads, legs.feet, height, depths, 0.5 * float(energy))
 
 
-def mirrored(setting: Setting, m: Moment) -> Moment:
+def mirrored(system: System, m: Moment) -> Moment:
     """Return the mirror image of a moment, each leg in the place of the other one of its pair.
 
     From the side, an image would run backwards: there steps have to be alike.
     """
-    legs, side = list(setting.animal.partners), 1.0 if setting.animal.sagittal else -1.0
+    legs, side = list(system.animal.partners), 1.0 if system.animal.sagittal else -1.0
     flip = np.array([side, 1.0])
     return m._replace(
         velocity=m.velocity * flip,

@@ -8,91 +8,71 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector, shown
-from legspring.kernel.measure import leg_series, state_series
-from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
+from legspring.flow import MOST_STEPS_AT_ONCE, Flow, Samples, flow
+from legspring.kernel.walker import Floats
+from legspring.layout import ACCURACY, PLACES, System, slope_for
 from legspring.model import Animal
-from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow, step_ends
-from legspring.setting import ACCURACY, Setting, slope_for
 
 SAMPLES = 100
 """Samples a step."""
 
 
-def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
-    """Return the states at some times, ``(T, n)``, in the kernel's units, and the recorded step of each."""
-    count = int(tape.counts[0])
-    index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
-    out = np.zeros((len(times), *tape.y.shape[1:]))
-    state_series(tape, index, np.asarray(times), out)
-    return out[:, :, 0], index
-
-
-def turning(setting: Setting, tape: Tape) -> tuple[float, float]:
-    """Largest yaw (rad) and largest moment about the centre of mass (N m), either way, in the first step of a tape.
+def turning(run: Flow) -> tuple[float, float]:
+    """Largest yaw (rad) and largest moment about the centre of mass (N m), either way, in the first step.
 
     Among as many samples as a simulation has.
     """
-    s = np.linspace(0.0, step_ends(setting, tape)[1], SAMPLES + 1)
-    y, index = states_at(tape, s)
-    y = _with_yaw(y)
-    _, moment, _ = _legs(setting, tape, s, y, index)["moment"]
-    return float(np.max(np.abs(y[:, 4]))), float(np.max(np.abs(moment)))
+    samples = run.samples(np.linspace(0.0, run.step_ends[1], SAMPLES + 1))
+    _, moment, _ = _legs(run, samples)["moment"]
+    return float(np.max(np.abs(samples.states[:, 4]))), float(np.max(np.abs(moment)))
 
 
-def _with_yaw(y: Floats) -> Floats:
-    """Return states with yaw and yaw rate, zero where the yaw is held."""
-    return np.pad(y, ((0, 0), (0, 2))) if y.shape[1] == 4 else y
-
-
-def simulation(
-    setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
-) -> xr.Dataset:
-    """Simulate an animal in its setting; see `simulate` for the result."""
-    steps = steps_in(setting, strides)
-    walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
-    s = np.linspace(0.0, walker.clock[TIME], steps * SAMPLES + 1)
-    y, index = states_at(tape, s)
-    y = _with_yaw(y)
-    rate = 1.0 / setting.step_duration
+def simulation(system: System, p: Floats, strides: float, *, accuracy: float = ACCURACY) -> xr.Dataset:
+    """Simulate an animal on its slope; see `simulate` for the result."""
+    steps = steps_in(system, strides)
+    run = flow(system, p, steps=steps, record=True, accuracy=accuracy)
+    s = np.linspace(0.0, run.step_ends[-1], steps * SAMPLES + 1)
+    samples = run.samples(s)
+    y, firsts = samples.states, list(system.animal.first_legs)
     return xr.Dataset(
         {
             "position": (("time", "axis"), y[:, :2], _about("m", "centre of mass")),
-            "velocity": (("time", "axis"), y[:, 2:4] * rate, _about("m/s", "velocity of the centre of mass")),
+            "velocity": (("time", "axis"), y[:, 2:4], _about("m/s", "velocity of the centre of mass")),
             "yaw": ("time", y[:, 4], _about("rad", "yaw, counter-clockwise from uphill")),
-            "yaw_rate": ("time", y[:, 5] * rate, _about("rad/s", "yaw rate")),
-            **_legs(setting, tape, s, y, index),
-            **_events(setting, tape),
+            "yaw_rate": ("time", y[:, 5], _about("rad/s", "yaw rate")),
+            **_legs(run, samples),
+            **_events(run),
             "leg_function": (
                 "pairs",
-                ["push" if side < 0 else "pull" for side in setting.functions],
+                ["push" if side < 0 else "pull" for side in system.functions],
                 {"long_name": "what the legs of a pair do"},
             ),
-            "phase": ("pairs", checked_vector("phase", phase, len(setting.animal.pairs)), _about("rad", "phase")),
-            "actuation": ("pairs", np.array(setting.actuation), _about("m", "magnitude of the actuation")),
+            "phase": ("pairs", p[[system.place(leg, "phase") for leg in firsts]], _about("rad", "phase")),
+            "actuation": ("pairs", np.array(system.magnitudes), _about("m", "magnitude of the actuation")),
         },
         coords={
-            "time": ("time", s * setting.step_duration, _about("s", "time")),
-            "axis": list(setting.axes),
-            "leg": [leg.name for leg in setting.animal.legs],
-            "pairs": list(setting.animal.pairs),
-            "pair": ("leg", [leg.pair for leg in setting.animal.legs], {"long_name": "pair that the leg belongs to"}),
+            "time": ("time", s * system.step_duration, _about("s", "time")),
+            "axis": list(system.axes),
+            "leg": [leg.name for leg in system.animal.legs],
+            "pairs": list(system.animal.pairs),
+            "pair": ("leg", [leg.pair for leg in system.animal.legs], {"long_name": "pair that the leg belongs to"}),
         },
         attrs={
-            "animal": setting.animal.name,
-            "view": "side" if setting.animal.sagittal else "above",
-            "slope_deg": math.degrees(setting.slope),
-            "heading": start.heading,
-            "speed": start.speed,
-            "desired_speed": setting.desired_speed,
+            "animal": system.animal.name,
+            "view": "side" if system.animal.sagittal else "above",
+            "slope_deg": math.degrees(system.slope),
+            "heading": float(p[PLACES["heading"]]),
+            "speed": float(p[PLACES["speed"]]),
+            "desired_speed": system.desired_speed,
             # Where steps end at touch-downs, they last as long as they do.
-            "step_duration": setting.step_duration * (s[-1] / steps if setting.event_driven else 1.0),
+            "step_duration": system.step_duration * (s[-1] / steps if system.event_driven else 1.0),
         },
     )
 
 
-def steps_in(setting: Setting, strides: float) -> int:
+def steps_in(system: System, strides: float) -> int:
     """Return the number of steps in so many strides; raise ValueError if they cannot be simulated."""
-    per_stride = setting.steps_per_stride
+    per_stride = system.steps_per_stride
     number = per_stride * checked_positive("strides", strides)
     steps = round(number)
     if abs(steps - number) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
@@ -105,53 +85,41 @@ def _about(units: str, name: str) -> dict[str, str]:
     return {"units": units, "long_name": name}
 
 
-def _legs(
-    setting: Setting, tape: Tape, s: Floats, y: Floats, index: NDArray[np.intp]
-) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
+def _legs(run: Flow, samples: Samples) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
     """Feet, lengths and forces of the legs, missing in swing, where the force is zero; and the moment of all."""
-    stance = tape.stance[index, :, :, 0]
-    down = tape.down[index] != 0.0
+    y, down, foot = samples.states, samples.down, samples.feet
     cosine, sine = np.cos(y[:, 4, None]), np.sin(y[:, 4, None])
-    hip_x, hip_y = stance[:, :, GRIP_X], stance[:, :, GRIP_X + 1]
+    hip_x, hip_y = np.moveaxis(samples.hips, -1, 0)
     hips = np.stack([cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y], axis=-1)
-    foot = stance[:, :, FOOT_X : FOOT_X + 2]
     reach = foot - y[:, None, :2] - hips
     length = np.hypot(reach[..., 0], reach[..., 1])
-    free, force = np.moveaxis(leg_series(tape, index, s, y[:, : setting.rows]), -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        pull = np.where(down, force / (setting.weight * length), 0.0)
+        pull = np.where(down, samples.force / length, 0.0)
     missing = np.where(down, 1.0, np.nan)
     force = pull[..., None] * reach
     arm = foot - y[:, None, :2]
     moment = np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0], axis=1)
-    weight = setting.animal.body.mass * setting.animal.gravity
+    weight = run.system.animal.body.mass * run.system.animal.gravity
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
         "hip": (("time", "leg", "axis"), y[:, None, :2] + hips, _about("m", "hip")),
         "foot": (("time", "leg", "axis"), foot * missing[..., None], _about("m", "foot in stance")),
         "leg_length": (("time", "leg"), length * missing, _about("m", "length of the leg in stance")),
-        "free_length": (("time", "leg"), free * missing, _about("m", "force-free length in stance")),
+        "free_length": (("time", "leg"), samples.free * missing, _about("m", "force-free length in stance")),
         "force": (("time", "leg", "axis"), force, _about("m g", "force on the body")),
         "moment": (("time",), weight * moment, _about("N m", "moment of all legs about the centre of mass")),
     }
 
 
-def _events(
-    setting: Setting, tape: Tape
-) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
-    rows = tape.events[: int(tape.counts[1])]
-    names = np.array([leg.name for leg in setting.animal.legs])
-    kinds = np.where(rows[:, 2] == LIFTOFF, "lift-off", "touch-down")
-    states = tape.y[rows[:, 3].astype(int), :2, 0]
+def _events(run: Flow) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
+    events = run.events
+    names = np.array([leg.name for leg in run.system.animal.legs])
+    kinds = np.where(events.lifts, "lift-off", "touch-down")
     return {
-        "event_time": (
-            "event",
-            rows[:, 0] * setting.step_duration,
-            _about("s", "time of a touch-down or lift-off"),
-        ),
-        "event_leg": ("event", names[rows[:, 1].astype(int)], {"long_name": "whose event it is"}),
+        "event_time": ("event", events.time, _about("s", "time of a touch-down or lift-off")),
+        "event_leg": ("event", names[events.leg], {"long_name": "whose event it is"}),
         "event_kind": ("event", kinds, {"long_name": "touch-down or lift-off"}),
-        "event_position": (("event", "axis"), states, _about("m", "centre of mass then")),
+        "event_position": (("event", "axis"), events.place, _about("m", "centre of mass then")),
     }
 
 
@@ -213,18 +181,19 @@ def simulate(
     IntegrationError
         If a leg collapses, for instance.
     """
-    functions = animal.functions(only_family(animal) if family is None else family)
-    setting = Setting(animal, slope_for(animal, slope, slope_deg), functions, actuation)
-    start = Start(
-        checked_positive("speed", speed),
+    magnitudes = None if actuation is None else tuple(checked_vector("actuation", actuation, len(animal.pairs)))
+    label = only_family(animal) if family is None else family
+    system = System(animal, slope_for(animal, slope, slope_deg), label, magnitudes)
+    p = system.point(
+        given_phase(animal) if phase is None else phase,
+        speed=checked_positive("speed", speed),
         # Gaits that are not tuned to a heading may have any.
-        checked_angle("heading", heading, math.pi / 2 if animal.tuned else math.pi),
-        None if displacement is None else tuple(checked_vector("displacement", displacement, 2)),
-        checked_angle("yaw", yaw, math.pi),
-        checked_number("yaw_rate", yaw_rate),
+        heading=checked_angle("heading", heading, math.pi / 2 if animal.tuned else math.pi),
+        displacement=None if displacement is None else checked_vector("displacement", displacement, 2).tolist(),
+        yaw=checked_angle("yaw", yaw, math.pi),
+        yaw_rate=checked_number("yaw_rate", yaw_rate),
     )
-    phases = given_phase(animal) if phase is None else phase
-    return simulation(setting, phases, start, strides, accuracy=accuracy)
+    return simulation(system, p, strides, accuracy=accuracy)
 
 
 def only_family(animal: Animal) -> str:
@@ -234,8 +203,7 @@ def only_family(animal: Animal) -> str:
     return next(iter(animal.families))
 
 
-def given_phase(animal: Animal) -> tuple[float, ...]:
-    """Return the phases of an animal's legs; raise ValueError if they are not given, but tuned."""
+def given_phase(animal: Animal) -> None:
+    """Raise ValueError if the phases of an animal's legs are not given, but tuned."""
     if animal.tuned:
         raise ValueError(f"phase is missing: must be an angle in rad for each of {', '.join(animal.pairs)}")
-    return animal.phase

@@ -4,15 +4,14 @@ Where tuned animals are searched: right after touch-down the force of a leg has 
 
     d(|r| - l)/dt = -v cos(beta - heading) - theta' (dx cos(beta) + dy sin(beta)) + ldev (pi/t_des) cos(phi),
 
-so that the leg's function bounds the cosine of its phase: all gaits at initial speeds within `SPEED_RANGE`, and yaw
-rates within `YAW_RANGE`, lie in a box (`Problem.phase_range`). Searches start from points spread evenly over that box,
+so that the leg's function bounds the cosine of its phase: all gaits at initial speeds, and yaw
+rates within `NARROW`, lie in a box (`GaitProblem.box`). Searches start from points spread evenly over that box,
 and may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
 until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
 nothing else for the thesis's cockroach. That is evidence, and no proof.
 """
 
 import math
-from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,24 +21,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from legspring.checks import MOST_STARTS, checked_angle, checked_whole, shown
+from legspring.checks import MOST_STARTS, checked_whole
+from legspring.flow import NO_PUSH
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
-from legspring.kernel.newton import gait_conditions
-from legspring.kernel.walker import EVALUATIONS, Floats
+from legspring.kernel.walker import Floats
+from legspring.layout import ACCURACY, TIGHT, slope_for
 from legspring.model import Animal
+from legspring.problem import GaitProblem, problem_for
 from legspring.progress import progress_bar
-from legspring.returnmap import Direction, Start, flow, jets
-from legspring.setting import ACCURACY, TIGHT, Setting, slope_for
 
 STARTS = 96
 """Starts for each family."""
-SPEED_RANGE = 0.6, 1.4
-"""Initial speeds to start from, in units of the desired one."""
-YAW_RANGE = np.array([0.2, 0.4])
-"""Largest yaw (rad) and yaw rate (rad per step duration) to start from, where the body yaws."""
-SLACK = 0.15
-"""Allowance on the cosine of the phase for what a force does in the ignored window."""
 ROUGH_ACCURACY, ROUGH_GOAL = 1e-8, 1e-7
 GOAL = 1e-12
 MOST_ITERATIONS = 40
@@ -157,270 +150,122 @@ def spread(count: int, low: Floats, high: Floats) -> Floats:
     return low + (high - low) * unit
 
 
-class BaseProblem(ABC):
-    """Conditions of a gait, ready to be solved; the unknowns are a vector."""
+def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, base: Floats | None = None) -> Solutions:
+    """Solve a problem's conditions from some starts.
 
-    setting: Setting
-    family: str
-    finest, goal = TIGHT, GOAL
-    """Accuracy and largest residual of gaits."""
-
-    @property
-    @abstractmethod
-    def size(self) -> int:
-        """Number of unknowns."""
-
-    @abstractmethod
-    def starts(self, count: int) -> Floats:
-        """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
-
-    @abstractmethod
-    def solve(self, starts: Floats, accuracy: float, goal: float) -> Solutions:
-        """Search from each start, ``(N, size)``."""
-
-    @abstractmethod
-    def wrapped(self, z: Floats) -> Floats:
-        """Return the same unknowns with angles in (-pi, pi]."""
-
-    @abstractmethod
-    def unknowns(self, gait: Gait) -> Floats:
-        """Return a gait's unknowns, to start from."""
-
-    @abstractmethod
-    def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
-        """Return unknowns in the form of a gait, whether they are one or not."""
-
-    @abstractmethod
-    def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
-        """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
-
-    def zeros(
-        self, starts: Floats, known: Floats | None = None, tick: Callable[[int], None] = lambda _: None
-    ) -> tuple[Floats, "Counter[Ending]", int]:
-        """Search from each start, roughly; no more once the equations of motion were evaluated `MOST_EFFORT` times.
-
-        Returns
-        -------
-        zeros, endings, steps
-            ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
-        """
-        zeros = np.zeros((0, self.size)) if known is None else known
-        endings, steps, effort = Counter[Ending](), 0, 0
-        for some in np.split(starts, range(AT_ONCE, len(starts), AT_ONCE)) if len(starts) else ():
-            tick(len(some))
-            if effort > MOST_EFFORT:
-                endings[Ending.GIVEN_UP] += len(some)
-                continue
-            found = self.solve(some, ROUGH_ACCURACY, ROUGH_GOAL)
-            steps, effort = steps + found.steps, effort + found.evaluations
-            endings.update(ENDINGS[int(ending)] for ending in found.endings)
-            for z in found.z[found.endings == newton.CONVERGED]:
-                if not self._is_among(z, zeros):
-                    zeros = np.vstack([zeros, z])
-        return zeros, endings, steps
-
-    def gait(self, z: Floats) -> Gait | None:
-        """Return the solution near z as a gait, valid or not; None if there is none after all."""
-        rough = self.solve(z, ACCURACY, GOAL).z[0]
-        gait, _ = self.gait_near(rough)
-        if gait is None:
-            return None
-        return replace(gait, drift=float(np.max(np.abs(self.wrapped(self.unknowns(gait) - rough)))))
-
-    def sort(self, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
-        """Tell gaits from solutions that are none; two rough solutions may prove to be one."""
-        gaits: list[Gait] = []
-        rejections: list[Rejection] = []
-        met = np.zeros((0, self.size))
-        for z in zeros:
-            solution = self.gait(z)
-            if solution is None:
-                rejections.append(Rejection(Invalid.UNCONFIRMED, f"accuracy {self.finest:g}", self.candidate(z)))
-                continue
-            fine = self.unknowns(solution)
-            if self._is_among(fine, met):
-                continue
-            met = np.vstack([met, fine])
-            problem = solution.invalid()
-            if problem is None:
-                gaits.append(solution)
-            else:
-                rejections.append(Rejection(*problem, solution))
-        return gaits, rejections
-
-    def _is_among(self, z: Floats, others: Floats) -> bool:
-        """Whether a solution is one of those in the rows of ``others``."""
-        return bool(np.any(np.all(np.abs(self.wrapped(z - others)) < SAME, axis=1)))
-
-
-def check_tuned(animal: Animal, purpose: str) -> None:
-    """Raise ValueError unless an animal's legs are tuned to its desired speed."""
-    if not animal.tuned:
-        raise ValueError(
-            f"animal = {animal.name!r}: must have actuated legs whose phases are not given {purpose}; this one's gaits "
-            "have speeds and headings of their own"
-        )
-
-
-def check_offsets(animal: Animal) -> None:
-    """Raise ValueError unless every pair has a leg for each step."""
-    for pair in animal.pairs:
-        if not {0.0, 1.0} == {leg.offset for leg in animal.legs if leg.pair == pair}:
-            raise ValueError(
-                f"pair {pair!r} of animal {animal.name!r}: a gait that mirrors itself from step to step needs one leg "
-                "that touches down at offset 0 and one at offset 1"
-            )
-
-
-class Problem(BaseProblem):
-    """The conditions of a gait for one family at one slope and heading, ready to be solved.
-
-    The unknowns are a vector: initial speed in units of the desired one, the phase of each pair of legs (rad), and,
-    where the body yaws, yaw (rad) and yaw rate (rad per step duration).
+    Parameters
+    ----------
+    problem
+        What is to be solved.
+    starts
+        ``(N, size)``.
+    accuracy
+        Relative accuracy of the states.
+    goal
+        Largest residual to be reached.
+    base
+        ``(N, n)``: parameters where the unknowns are zero, if others than the problem's.
     """
+    z, system, task = np.array(starts, dtype=float, ndmin=2), problem.system, problem.task
+    p = np.broadcast_to(problem.base if base is None else base, (len(z), len(problem.base))).copy()
+    walker = system.walker(1 + problem.size, NO_PUSH)
+    room, count = newton.new_workspace(task, walker), len(z)
+    found = newton.Found(
+        np.zeros(count, np.int64),
+        np.zeros((count, len(problem.conditions))),
+        np.zeros(count, np.int64),
+        np.zeros(count, np.int64),
+    )
+    scale, steps = system.error_scale(accuracy), problem.symmetry.steps
+    newton.find_zeros(walker, task, p, z, steps, scale, goal, MOST_ITERATIONS, room, found)
+    residuals = np.max(np.abs(found.residuals), axis=1, initial=0.0)
+    squares = np.sum(found.residuals**2, axis=1)
+    steps, evaluations = int(found.steps.sum()), int(found.evaluations.sum())
+    return Solutions(problem.wrapped(z), found.endings, residuals, squares, steps, evaluations)
 
-    def __init__(
-        self, animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None = None
-    ) -> None:
-        check_tuned(animal, "for a gait at a given heading")
-        if len(animal.pairs) != 3:
-            raise ValueError(
-                f"animal = {animal.name!r} has {len(animal.pairs)} pairs of legs: the four conditions of a gait fix "
-                "the speed and the phases of exactly three"
-            )
-        if given := [leg for leg in animal.legs if leg.phase is not None]:
-            raise ValueError(
-                f"phase = {given[0].phase!r} of pair {given[0].pair!r} of animal {animal.name!r}: must be left out, or "
-                "given for all pairs; the conditions of a gait at a given heading fix all three phases"
-            )
-        self.setting = Setting(animal, slope, animal.functions(family), actuation)
-        self.heading = checked_angle("heading", heading, math.pi / 2)
-        self.family = family
-        setting = self.setting
-        check_offsets(animal)
-        self._walker, self._start = newton.new_problem(
-            setting.body,
-            setting.legs(np.zeros(len(animal.pairs))),
-            setting.side,
-            setting.offset,
-            setting.pair,
-            self.heading,
-            setting.step_length,
-            setting.rows,
-        )
 
-    @property
-    def size(self) -> int:
-        """Number of unknowns."""
-        return 1 + len(self.setting.animal.pairs) + (2 if self.setting.rows == 6 else 0)
+def starts_for(problem: GaitProblem, count: int) -> Floats:
+    """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
+    box = problem.box()
+    return np.zeros((0, problem.size)) if box is None else spread(count, *box)
 
-    def phase_range(self) -> Floats:
-        """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
 
-        Only legs as the thesis has them begin with a force whose sign the phase decides.
-        """
-        setting, fastest = self.setting, SPEED_RANGE[1] * self.setting.step_length
-        spin = YAW_RANGE[1] if setting.rows == 6 else 0.0
-        bound = np.full(len(setting.actuation), -1.0)
-        for leg, pair, side, offset in zip(
-            setting.animal.legs, setting.animal.pair_of, setting.side, setting.offset, strict=True
-        ):
-            if offset == 0.0 and setting.actuation[pair] > 0.0 and leg.plain:
-                along = side * math.cos(leg.angle - self.heading)
-                speed = fastest if along < 0.0 else SPEED_RANGE[0] * setting.step_length
-                lever = leg.hip[0] * math.cos(leg.angle) + leg.hip[1] * math.sin(leg.angle)
-                rate = along * speed - abs(lever) * spin
-                bound[pair] = rate / (math.pi * setting.actuation[pair]) - SLACK
-        bound[bound > 1.0] = math.nan
-        return np.arccos(np.clip(bound, -1.0, 1.0))
+def zeros(
+    problem: GaitProblem,
+    starts: Floats,
+    known: Floats | None = None,
+    tick: Callable[[int], None] = lambda _: None,
+) -> tuple[Floats, "Counter[Ending]", int]:
+    """Search from each start, roughly; no more once the equations of motion were evaluated `MOST_EFFORT` times.
 
-    def starts(self, count: int) -> Floats:
-        """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
-        limits = self.phase_range()
-        if np.any(np.isnan(limits)):
-            return np.zeros((0, self.size))
-        low = np.concatenate([[SPEED_RANGE[0]], -limits, -YAW_RANGE])[: self.size]
-        high = np.concatenate([[SPEED_RANGE[1]], limits, YAW_RANGE])[: self.size]
-        return spread(count, low, high)
+    Returns
+    -------
+    zeros, endings, steps
+        ``(n, size)``: the solutions, the known ones first; how the starts ended; the number of steps simulated.
+    """
+    zeros = np.zeros((0, problem.size)) if known is None else known
+    endings, steps, effort = Counter[Ending](), 0, 0
+    for some in np.split(starts, range(AT_ONCE, len(starts), AT_ONCE)) if len(starts) else ():
+        tick(len(some))
+        if effort > MOST_EFFORT:
+            endings[Ending.GIVEN_UP] += len(some)
+            continue
+        found = solve(problem, some, ROUGH_ACCURACY, ROUGH_GOAL)
+        steps, effort = steps + found.steps, effort + found.evaluations
+        endings.update(ENDINGS[int(ending)] for ending in found.endings)
+        for z in found.z[found.endings == newton.CONVERGED]:
+            if not is_among(problem, z, zeros):
+                zeros = np.vstack([zeros, z])
+    return zeros, endings, steps
 
-    def solve(self, starts: Floats, accuracy: float, goal: float, actuation: Floats | None = None) -> Solutions:
-        """Search from each start, ``(N, size)``, with the problem's actuation or one for each, ``(N, P)``."""
-        z = np.array(starts, dtype=float, ndmin=2)
-        setting = self.setting
-        magnitudes = np.array(setting.actuation if actuation is None else actuation, ndmin=2)
-        endings, residuals, squares, steps = newton.find_zeros(
-            self._walker,
-            self._start,
-            setting.pair,
-            setting.step_length,
-            np.broadcast_to(magnitudes, (len(z), magnitudes.shape[1])).copy(),
-            z,
-            setting.error_scale(accuracy),
-            goal,
-            MOST_ITERATIONS,
-        )
-        evaluations, self._walker.clock[EVALUATIONS] = int(self._walker.clock[EVALUATIONS]), 0.0
-        return Solutions(self.wrapped(z), endings, residuals, squares, steps, evaluations)
 
-    def conditions(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return what is left of a gait's conditions at z, ``(size,)``, and its derivatives, ``(size, size)``.
+def gait_near(problem: GaitProblem, z: Floats) -> Gait | None:
+    """Return the solution near z as a gait, valid or not, to the last digits; None if there is none."""
+    found = solve(problem, z, TIGHT, GOAL)
+    # The last digits may not be had; what counts is that the conditions are met.
+    if not found.residuals[0] < 100.0 * GOAL:
+        return None
+    by = problem.residual(found.z, accuracy=TIGHT)[1][0]
+    if not np.all(np.isfinite(by)):
+        return None
+    isolation = float(np.linalg.svd(by, compute_uv=False)[-1])
+    return replace(problem.gait(found.z[0], float(found.residuals[0])), isolation=isolation)
 
-        Raises
-        ------
-        legspring.returnmap.IntegrationError
-            If the step cannot be simulated.
-        """
-        setting, n = self.setting, len(self.setting.animal.pairs)
-        yaw, yaw_rate = (z[n + 1], z[n + 2] / setting.step_duration) if setting.rows == 6 else (0.0, 0.0)
-        start = Start(z[0] * setting.desired_speed, self.heading, yaw=yaw, yaw_rate=yaw_rate)
-        along: list[Direction] = ["speed", *(("phase", pair) for pair in setting.animal.pairs)]
-        along += ["yaw", "yaw_rate", "turn"] if setting.rows == 6 else []
-        y = flow(setting, z[1 : n + 1], start, along=along, accuracy=TIGHT)[0].y
-        start_jet = jets(setting, z[1 : n + 1], start, along)[2]
-        residual, jacobian = gait_conditions(y, start_jet, setting.step_length)
-        jacobian[:, 0] *= setting.step_length
-        if setting.rows == 6:
-            # A gait that starts with more yaw has turned twice as much more in the step before.
-            jacobian[:, n + 1] += 2.0 * jacobian[:, -1]
-        return residual, jacobian[:, : self.size]
 
-    def wrapped(self, z: Floats) -> Floats:
-        """Return the same unknowns with phases in (-pi, pi]."""
-        phases = slice(1, 1 + len(self.setting.animal.pairs))
-        z = z.copy()
-        z[..., phases] = math.pi - (math.pi - z[..., phases]) % (2.0 * math.pi)
-        return z
+def refined(problem: GaitProblem, z: Floats) -> Gait | None:
+    """Return the solution near z as a gait, valid or not, with its drift; None if there is none after all."""
+    rough = solve(problem, z, ACCURACY, GOAL).z[0]
+    gait = gait_near(problem, rough)
+    if gait is None:
+        return None
+    return replace(gait, drift=float(np.max(np.abs(problem.wrapped(problem.z_of(gait) - rough)))))
 
-    def unknowns(self, gait: Gait) -> Floats:
-        """Return a gait's unknowns, to start from."""
-        yaw = (gait.yaw, gait.yaw_rate * self.setting.step_duration) if self.setting.rows == 6 else ()
-        return np.array([gait.speed / self.setting.desired_speed, *gait.phase, *yaw])
 
-    def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
-        """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
-        found = self.solve(z, TIGHT, GOAL)
-        fine, squares = found.z[0], float(found.squares[0])
-        # The last digits may not be had; what counts is that the conditions are met.
-        if not found.residuals[0] < 100.0 * GOAL:
-            return None, squares
-        return self.candidate(fine, float(found.residuals[0])), squares
+def sort(problem: GaitProblem, zeros: Floats) -> tuple[list[Gait], list[Rejection]]:
+    """Tell gaits from solutions that are none; two rough solutions may prove to be one."""
+    gaits: list[Gait] = []
+    rejections: list[Rejection] = []
+    met = np.zeros((0, problem.size))
+    for z in zeros:
+        solution = refined(problem, z)
+        if solution is None:
+            rejections.append(Rejection(Invalid.UNCONFIRMED, f"accuracy {TIGHT:g}", problem.gait(z)))
+            continue
+        fine = problem.z_of(solution)
+        if is_among(problem, fine, met):
+            continue
+        met = np.vstack([met, fine])
+        reason = solution.invalid()
+        if reason is None:
+            gaits.append(solution)
+        else:
+            rejections.append(Rejection(*reason, solution))
+    return gaits, rejections
 
-    def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
-        """Return unknowns in the form of a gait, whether they are one or not."""
-        setting, n = self.setting, len(self.setting.animal.pairs)
-        yaw, yaw_rate = (float(z[n + 1]), float(z[n + 2])) if setting.rows == 6 else (0.0, 0.0)
-        return Gait(
-            animal=setting.animal,
-            slope=setting.slope,
-            heading=self.heading,
-            family=self.family,
-            speed=float(z[0] * setting.desired_speed),
-            phase=tuple(float(angle) for angle in z[1 : n + 1]),
-            actuation=setting.actuation,
-            residual=residual,
-            yaw=yaw,
-            yaw_rate=yaw_rate / setting.step_duration,
-        )
+
+def is_among(problem: GaitProblem, z: Floats, others: Floats) -> bool:
+    """Whether a solution is one of those in the rows of ``others``."""
+    return bool(np.any(np.all(np.abs(problem.wrapped(z - others)) < SAME, axis=1)))
 
 
 def hindmost(animal: Animal) -> int:
@@ -436,30 +281,6 @@ def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
     pair = hindmost(gaits[0].animal)
     ordered = sorted(gaits, key=lambda gait: (gait.phase[pair], gait.heading))
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
-
-
-def problem_for(
-    animal: Animal, slope: float, heading: float | None, family: str, actuation: ArrayLike | None
-) -> BaseProblem:
-    """Return the conditions of a gait of one family.
-
-    Raises
-    ------
-    ValueError
-        If there is a heading, or an actuation, where gaits have their own, or no heading where they have none.
-    """
-    from legspring.periodic import PeriodicProblem
-
-    if animal.tuned:
-        if heading is None:
-            raise ValueError("heading is missing: must be an angle in rad, within +-pi/2")
-        return Problem(animal, slope, heading, family, actuation)
-    for name, value in (("heading", heading), ("actuation", actuation)):
-        if value is not None:
-            raise ValueError(
-                f"{name} = {shown(value)}: must be left out for {animal.name!r}, whose gaits have their own"
-            )
-    return PeriodicProblem(animal, slope, family)
 
 
 def search_gaits(
@@ -505,11 +326,11 @@ def search_gaits(
     rejections: list[Rejection] = []
     steps, endings = 0, Counter[Ending]()
     problems = [problem_for(animal, angle, heading, label, actuation) for label in animal.families]
-    points = [problem.starts(starts) for problem in problems]
+    points = [starts_for(problem, starts) for problem in problems]
     with progress_bar("searching for gaits", sum(map(len, points)), show=progress) as tick:
         for problem, some in zip(problems, points, strict=True):
-            zeros, ends, taken = problem.zeros(some, tick=tick)
-            valid, invalid = problem.sort(zeros)
+            solutions, ends, taken = zeros(problem, some, tick=tick)
+            valid, invalid = sort(problem, solutions)
             gaits += valid
             rejections += invalid
             endings += ends

@@ -18,8 +18,9 @@ from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
+from legspring.problem import GaitProblem, check_tuned, tuned
 from legspring.progress import progress_bar
-from legspring.solve import Problem, check_tuned, number_branches
+from legspring.solve import number_branches, sort, starts_for, zeros
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -70,12 +71,12 @@ class Cell:
     """One family at one point of the grid, while the search goes on."""
 
     place: tuple[int, int]
-    problem: Problem
+    problem: GaitProblem
     zeros: Floats
     fresh: Floats
 
     @classmethod
-    def empty(cls, place: tuple[int, int], problem: Problem) -> "Cell":
+    def empty(cls, place: tuple[int, int], problem: GaitProblem) -> "Cell":
         """Return a cell of which nothing is known yet."""
         nothing = np.zeros((0, problem.size))
         return cls(place, problem, nothing, nothing)
@@ -83,7 +84,7 @@ class Cell:
     def search(self, starts: Floats) -> int:
         """Search from more starts; return the number of steps simulated."""
         known = len(self.zeros)
-        self.zeros, _, steps = self.problem.zeros(starts, self.zeros)
+        self.zeros, _, steps = zeros(self.problem, starts, self.zeros)
         self.fresh = self.zeros[known:]
         return steps
 
@@ -146,16 +147,16 @@ def find_all(
         for family in animal.families:
             cells = {
                 (row, column): Cell.empty(
-                    (row, column), Problem(animal, np.radians(slopes_deg[row]), headings[column], family)
+                    (row, column), tuned(animal, math.radians(slopes_deg[row]), headings[column], family)
                 )
                 for row, column in places
             }
             effort["starts"] += starts * len(cells)
-            points = _parallel(lambda c: c.search(c.problem.starts(starts)), cells.values(), workers, tick)
+            points = _parallel(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
             effort["steps"] += sum(points) + _spread(cells, workers)
             for cell, (gaits, rejections) in zip(
                 cells.values(),
-                _parallel(lambda c: c.problem.sort(c.zeros), cells.values(), workers, tick),
+                _parallel(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick),
                 strict=True,
             ):
                 found[cell.place] += gaits
@@ -166,7 +167,7 @@ def find_all(
 def measured(gait: Gait, impulses: Sequence[float]) -> dict[str, Any]:
     """Return all of a gait's measures under the names that they have in an atlas."""
     high, low = gait.net_force
-    recoveries = [gait.recover(impulse) for impulse in impulses]
+    recovery = gait.recovery_steps(impulses)
     turning = {name: getattr(gait, name) for name in YAW_NAMES} if gait.animal.body.yaw == "free" else {}
     return turning | {
         "family": gait.family,
@@ -182,8 +183,8 @@ def measured(gait: Gait, impulses: Sequence[float]) -> dict[str, Any]:
         "net_force_min": low,
         "grazing": gait.grazing,
         "residual": gait.residual,
-        "recovery_steps": [np.nan if r.steps is None else r.steps for r in recoveries],
-        "recovered": [float(r.recovered) for r in recoveries],
+        "recovery_steps": recovery,
+        "recovered": np.isfinite(recovery).astype(float),
     }
 
 

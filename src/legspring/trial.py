@@ -4,29 +4,31 @@ Nothing here makes a `Gait`, which measures itself at leisure: a search for the 
 candidates, and wants a few numbers of each, soon.
 """
 
+import math
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from legspring.kernel.look import ENDS, STEP, STRIDE, WORK, conditions_at, look
+from legspring.flow import SEEN, flows
 from legspring.kernel.walker import Floats
+from legspring.layout import ACCURACY
 from legspring.model import Animal
-from legspring.returnmap import Direction, Start, jets
-from legspring.setting import ACCURACY
-from legspring.solve import Problem, Solutions, check_tuned
+from legspring.problem import GaitProblem, check_tuned, tuned
+from legspring.returnmap import signs
+from legspring.solve import Solutions, solve
 
 Map = Literal["complete", "reduced"]
 What = Literal["ends", "cost", "complete", "reduced"]
 
 GOAL = 1e-9
 """Largest residual of a candidate."""
-KINDS: dict[What, tuple[int, tuple[Direction, ...]]] = {
-    "ends": (ENDS, ()),
-    "cost": (WORK, ()),
-    "reduced": (STRIDE, ("speed", "heading")),
-    "complete": (STEP, ("speed", "heading", "Dx", "Dy")),
+STATES: dict[What, tuple[str, ...]] = {
+    "ends": (),
+    "cost": (),
+    "reduced": ("speed", "heading"),
+    "complete": ("speed", "heading", "Dx", "Dy"),
 }
-"""What the kernel is to look at, and the directions that this takes."""
+"""State that the map of a stride, or of a step, maps."""
 
 
 class Look(NamedTuple):
@@ -57,7 +59,7 @@ class Trial:
     """One family at one slope and heading, with its actuation free.
 
     An actuation is an array of one number for each pair of legs, in units of their nominal lengths; the unknowns z of a
-    gait are those of `legspring.solve.Problem`; a candidate is both in one array.
+    gait are those of its `GaitProblem`; a candidate is both in one array.
 
     Raises
     ------
@@ -74,57 +76,85 @@ class Trial:
                 f"animal = {animal.name!r}: must have legs without length_law, stance and damping for its actuation to "
                 "be optimised"
             )
-        self.problem = Problem(animal, slope, heading, family)
-        self.setting = setting = self.problem.setting
-        self.heading, self.family = self.problem.heading, family
-        self.lengths = pair_lengths(animal)
-        self._first = np.array(animal.first_legs)
-        self._scale = setting.error_scale(ACCURACY)
-        # One set of arrays for each set of directions; every simulation writes its values into them.
-        self._jets: dict[tuple[Direction, ...], tuple[Floats, Floats, Floats]] = {}
-        self._unknowns: tuple[Direction, ...] = (
-            *(("actuation", pair) for pair in animal.pairs),
-            "speed",
-            *(("phase", pair) for pair in animal.pairs),
-        )
-        self._scales = np.concatenate([self.lengths, [setting.step_length], np.ones(len(animal.pairs))])
+        self._use(tuned(animal, slope, heading, family))
+
+    def _use(self, problem: GaitProblem) -> None:
+        system = problem.system
+        self.problem, self.system, self.family = problem, system, system.family
+        self.heading = problem.pins["heading"]
+        self.lengths = pair_lengths(system.animal)
+        self._first = list(system.animal.first_legs)
+        self._places = np.array([system.place(leg, "actuation") for leg in range(len(system.pair))])
+        names = [f"{pair}.actuation" for pair in system.animal.pairs]
+        self._along = [problem.direction(name) * unit for name, unit in zip(names, self.lengths, strict=True)]
 
     def beside(self, heading: float) -> "Trial":
         """Return the same at another heading."""
-        return Trial(self.setting.animal, self.setting.slope, heading, self.family)
+        other = object.__new__(Trial)
+        other._use(self.problem.at(heading=heading))
+        return other
 
-    def _jets_along(self, along: tuple[Direction, ...]) -> tuple[Floats, Floats, Floats]:
-        """Return arrays for the kernel with derivatives along some directions."""
-        if along not in self._jets:
-            start, phase = Start(self.setting.desired_speed, self.heading), np.zeros(len(self.lengths))
-            self._jets[along] = jets(self.setting, phase, start, along)
-        return self._jets[along]
+    def base(self, actuation: Floats) -> Floats:
+        """Return all parameters where the unknowns are zero, ``(N, n)``, for actuations ``(N, P)``."""
+        magnitudes = np.atleast_2d(actuation) * self.lengths
+        p = np.repeat(self.problem.base[None], len(magnitudes), axis=0)
+        p[:, self._places] = magnitudes[:, self.system.pair]
+        return p
 
-    def solve(self, actuation: Floats, near: Floats) -> Solutions:
+    def solve(self, actuation: Floats, near: Floats, accuracy: float = ACCURACY, goal: float = GOAL) -> Solutions:
         """Solve for gaits with actuations ``(N, P)`` from starts ``(N, n)``."""
-        return self.problem.solve(near, ACCURACY, GOAL, np.atleast_2d(actuation) * self.lengths)
+        return solve(self.problem, near, accuracy, goal, self.base(actuation))
 
     def conditions(self, actuation: Floats, z: Floats) -> tuple[Floats, Floats] | None:
         """Return what is left of a gait's conditions, ``(4,)``, and its derivatives by u and z; None if broken."""
-        body, legs, start = self._jets_along(self._unknowns)
-        setting, points = self.setting, np.concatenate([actuation, z])[None]
-        pair, lengths, stride, scale = setting.pair, self.lengths, setting.step_length, self._scale
-        residuals, jacobians = conditions_at(
-            body, legs, setting.side, setting.offset, pair, lengths, start, stride, scale, points
-        )
-        return None if np.isnan(residuals[0, 0]) else (residuals[0], jacobians[0] * self._scales)
+        values, by = self.problem.residual(z, self._along, base=self.base(actuation))
+        pairs = len(self.lengths)
+        return None if np.isnan(values[0, 0]) else (values[0], np.roll(by[0], pairs, axis=1))
 
     def look(self, candidates: Floats, what: What) -> Look:
         """Simulate a stride from candidates, ``(N, P + n)``."""
-        setting, points = self.setting, np.atleast_2d(candidates)
-        kind, along = KINDS[what]
-        body, legs, start = self._jets_along(along)
-        pair, lengths, stride, scale = setting.pair, self.lengths, setting.step_length, self._scale
-        side, offset, rate = setting.side, setting.offset, 1.0 / setting.step_duration
-        angles, is_gait, jacobians, work = look(
-            body, legs, side, offset, pair, self._first, lengths, start, stride, rate, scale, points, kind
-        )
-        return Look(angles, is_gait, work / (setting.weight * stride), jacobians)
+        points, pairs, system = np.atleast_2d(candidates), len(self.lengths), self.system
+        p = self.problem.points(points[:, pairs:], self.base(points[:, :pairs]))
+        names = STATES[what]
+        along = self._state_directions(names)
+        once = what != "complete"
+        ends = flows(system, p, steps=2, along=along if once else (), liftoffs=True, work=what == "cost")
+        jacobians = np.zeros((len(p), 0, 0))
+        if names:
+            seen = (ends if once else flows(system, p, along=along)).seen
+            rows = [SEEN.index(name) for name in names]
+            units = np.array([self.problem.unit(name) for name in names])
+            mirror = np.ones(len(names)) if once else signs(system, names)
+            jacobians = seen[:, rows, 1:] * (mirror / units)[:, None]
+        weight = system.animal.body.mass * system.animal.gravity * system.step_length
+        cost = np.sum(np.abs(ends.work), axis=(1, 2)) / weight if what == "cost" else np.full(len(p), np.nan)
+        fine = ends.status == 0
+        time, rate = np.moveaxis(ends.liftoffs[:, self._first], -1, 0)
+        side = system.side[self._first]
+        is_gait = fine & np.all(rate * side < 0.0, axis=1)
+        old = np.flatnonzero(system.offset)
+        late = time[:, system.pair[old]] > system.step_duration
+        is_gait &= np.all(late == (ends.down[:, old] != 0.0), axis=1)
+        angles = np.where(fine[:, None, None], self._angles(points, time, rate), np.nan)
+        return Look(angles, is_gait, cost, jacobians)
+
+    def _state_directions(self, names: tuple[str, ...]) -> list[Floats]:
+        return [self.system.direction(name) * self.problem.unit(name) for name in names]
+
+    def _angles(self, points: Floats, time: Floats, rate: Floats) -> Floats:
+        """Return the angles between length and force-free length against time where stances begin and end.
+
+        Both rates are known from the candidate at touch-down, and differ by the gap's rate at lift-off.
+        """
+        pairs, unit = len(self.lengths), self.system.step_duration
+        side, phase = self.system.side[self._first], points[:, pairs + 1 :]
+        swing = -math.pi * side * points[:, :pairs] * self.lengths / unit
+        down, up = swing * np.cos(phase), swing * np.cos(math.pi * time / unit + phase)
+        lean = np.array([self.system.animal.legs[leg].angle for leg in self._first]) - self.heading
+        approach = -points[:, pairs, None] * self.system.desired_speed * np.cos(lean)
+        begin = side * np.degrees(np.arctan(approach) - np.arctan(down))
+        end = -side * np.degrees(np.arctan(up + rate) - np.arctan(up))
+        return np.stack([begin, end], axis=-1)
 
 
 def pair_lengths(animal: Animal) -> Floats:

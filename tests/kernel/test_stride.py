@@ -20,7 +20,7 @@ from legspring.kernel.walker import (
     TAPE_FULL,
     TOO_MANY_STEPS,
 )
-from legspring.setting import ACCURACY, TIGHT
+from legspring.layout import ACCURACY, TIGHT
 from tests.kernel import bridge
 from tests.kernel.bridge import Walk, attempt, point_mass, rigid_body, scale, sequence, simulate
 from tests.oracle import heyoka_walker

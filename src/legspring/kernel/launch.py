@@ -5,9 +5,9 @@ import math
 import numba
 
 from legspring.kernel.jit import formula, jit, shared
-from legspring.kernel.length import law, phase_at
+from legspring.kernel.length import delay_law, law, phase_at
 from legspring.kernel.motion import measure_gaps
-from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, put_down, raise_leg
+from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, moves, put_down, raise_leg
 from legspring.kernel.walker import (
     ACTUATION,
     ALL_PLAIN,
@@ -16,6 +16,8 @@ from legspring.kernel.walker import (
     ARM_Y,
     BEGUN,
     CLOCK,
+    DX,
+    DY,
     EVENT_DRIVEN,
     FASTEST,
     FOOT_Y,
@@ -23,9 +25,9 @@ from legspring.kernel.walker import (
     FORMULA,
     GRAVITY,
     GROUND,
+    HEADING,
     HIP_X,
     HIP_Y,
-    JET,
     LENGTH,
     LEVEL,
     LEVER,
@@ -37,32 +39,33 @@ from legspring.kernel.walker import (
     SIDE,
     SIDE_VIEW,
     SIGN,
+    SINCE,
     SLOWEST,
+    SPEED,
+    START_YAW,
+    START_YAW_RATE,
     STAY,
     STIFFNESS,
     TIME,
     TRIGGER,
+    TURN,
     VX,
     VY,
     WALKER,
     WATCHED,
     YAW,
     YAW_RATE,
-    Floats,
     Walker,
     X,
     Y,
 )
 
-# Rows of a start jet.
-SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE, TURN = 0, 1, 2, 3, 4, 5, 6
-N_START = 7
-
 
 @formula
-def set_motion(w: Walker, start: Floats) -> None:
+def set_motion(w: Walker) -> None:
     """Set the state: at the origin, moving with the start's speed in its direction."""
     rows, width = w.y.shape
+    start = w.start
     direction = start[HEADING, 0] + (start[START_YAW, 0] if rows == 6 else 0.0)
     sine, cosine, speed = math.sin(direction), math.cos(direction), start[SPEED, 0]
     clear(w.y)
@@ -76,22 +79,31 @@ def set_motion(w: Walker, start: Floats) -> None:
         for d in range(width):
             w.y[YAW, d] = start[START_YAW, d]
             w.y[YAW_RATE, d] = start[START_YAW_RATE, d]
+    copy(w.y, w.section)
 
 
 @formula
-def place(i: int, w: Walker, start: Floats) -> None:
+def place(i: int, w: Walker) -> None:
     """Put leg i down, now or at its time in the last step, in which the body moved evenly, if it may still be down."""
-    if w.contacts[i, OFFSET] == 0.0:
+    start, offset = w.start, w.legs[i, OFFSET]
+    if offset[0] == 0.0:
         put_down(0.0, w.y, w.legs, i, w.stance, w.contacts)
+        if w.legs[i, TRIGGER, 0] == CLOCK and moves(i, w):
+            # Its touch-down is still to come, at a time that moves.
+            raise_leg(w.legs, i, w.contacts)
+            w.contacts[i, SINCE] = -2.0
         return
-    ago, old = 2.0 - w.contacts[i, OFFSET], w.ahead
+    ago, old = 2.0 - offset[0], w.ahead
     clear(old)
     for d in range(old.shape[1]):
-        old[X, d] = -ago * start[DX, d]
-        old[Y, d] = -ago * start[DY, d]
+        # A later touch-down is one further on.
+        later = offset[d] if d > 0 else 0.0
+        old[X, d] = -ago * start[DX, d] + later * start[DX, 0]
+        old[Y, d] = -ago * start[DY, d] + later * start[DY, 0]
         if old.shape[0] == 6:
-            old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d]
+            old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d] + later * start[TURN, 0]
     put_down(-ago, old, w.legs, i, w.stance, w.contacts)
+    delay_law(w.stance, i, offset)
     w.contacts[i, SIGN] = w.contacts[i, SIDE]
     stay = w.legs[i, STAY, 0]
     rested = w.legs[i, TRIGGER, 0] != CLOCK and start[DX, 0] == 0.0 and start[DY, 0] == 0.0
@@ -114,7 +126,7 @@ def prepare_events(w: Walker) -> None:
     clear(w.delay)
     clear(w.lag)
     for i in range(w.contacts.shape[0] - 1, -1, -1):
-        if w.contacts[i, OFFSET] == 0.0:
+        if w.legs[i, OFFSET, 0] == 0.0:
             copy(w.stance[i, FOOT_Y], w.ground)
     for i in range(w.contacts.shape[0]):
         w.contacts[i, LEVEL] = w.ground[0]
@@ -159,20 +171,16 @@ def set_natural_times(w: Walker, speed: float) -> None:
     w.clock[FASTEST], w.clock[SLOWEST] = shortest, longest
 
 
-@shared(numba.void, WALKER, JET)
-def launch(w: Walker, start: Floats) -> None:
+@shared(numba.void, WALKER)
+def launch(w: Walker) -> None:
     """Set a walker to the start of a step.
 
     Parameters
     ----------
     w
         Changed in place.
-    start
-        ``(7, C)``: speed (m per step duration), heading relative to the body, displacement of the centre of mass
-        over the last step (x, y), yaw, yaw rate, and change of yaw over the last step. Of the legs that do not go by
-        the clock none was down before if there was no displacement, (0, 0).
     """
-    set_motion(w, start)
+    set_motion(w)
     w.clock[TIME] = 0.0
     # With three leg lengths a body that yaws comes out as accurate as one that does not.
     w.clock[LEVER] = 0.0
@@ -180,11 +188,11 @@ def launch(w: Walker, start: Floats) -> None:
         w.clock[LEVER] = max(w.clock[LEVER], 3.0 * w.legs[i, LENGTH, 0])
     w.clock[EVENT_DRIVEN] = w.clock[ALL_PLAIN] = 1.0
     w.clock[SIDE_VIEW] = 0.0
-    set_natural_times(w, start[SPEED, 0])
+    set_natural_times(w, w.start[SPEED, 0])
     w.clock[NEXT_STEP] = FIRST_STEP * w.clock[FASTEST]
     events = False
     for i in range(w.contacts.shape[0]):
-        place(i, w, start)
+        place(i, w)
         if w.stance[i, MANNER, 0] != PLAIN:
             w.clock[ALL_PLAIN] = 0.0
         if w.legs[i, TRIGGER, 0] == GROUND:

@@ -131,7 +131,15 @@ def leg_work(tape: Tape, first: float, last: float) -> Floats:
         ``(L, 2)``, in m^2 per step duration squared; the second column is negative.
     """
     work = np.zeros((tape.down.shape[1], 2))
-    y = np.zeros(tape.y.shape[1:])
+    write_work(tape, first, last, np.zeros(tape.y.shape[1:]), work)
+    return work
+
+
+@jit
+def write_work(tape: Tape, first: float, last: float, y: Floats, work: Floats) -> None:
+    """Write what `leg_work` returns, given room for a state."""
+    for i in range(work.shape[0]):
+        work[i, 0] = work[i, 1] = 0.0
     for n in range(tape.counts[0]):
         if tape.time[n] >= first and tape.time[n + 1] <= last:
             span = step_span(tape, n)
@@ -140,7 +148,6 @@ def leg_work(tape: Tape, first: float, last: float) -> Floats:
                     for part in range(PARTS):
                         a, b = span * part / PARTS, span * (part + 1) / PARTS
                         add_work(tape, n, i, a, b, y, work)
-    return work
 
 
 @jit

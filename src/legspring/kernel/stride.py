@@ -183,7 +183,8 @@ def set_delay(s: float, i: int, w: Walker) -> None:
             w.delay[d] = (w.ground[d] - w.stance[i, FOOT_Y, d]) / w.gaps[0, i, 1]
         w.contacts[i, DOWN] = 0.0
     elif w.legs[i, STAY, 0] != 0.0:
-        copy(w.stance[i, BEGUN], w.delay)
+        for d in range(1, w.delay.size):
+            w.delay[d] = w.stance[i, BEGUN, d] + w.legs[i, STAY, d]
     else:
         force_changes(s, w.y, w.stance, i, w.delay)
         for d in range(1, w.delay.size):
@@ -197,7 +198,7 @@ def land(s: float, i: int, w: Walker, tape: Tape) -> bool:
     delay_law(w.stance, i, w.delay)
     record_event(tape, s, i, TOUCHDOWN, 0.0)
     w.clock[NEXT_STEP] = min(w.clock[NEXT_STEP], FIRST_STEP * w.clock[FASTEST])
-    return w.clock[EVENT_DRIVEN] != 0.0 and w.contacts[i, OFFSET] in (0.0, 1.0)
+    return w.clock[EVENT_DRIVEN] != 0.0 and w.legs[i, OFFSET, 0] in (0.0, 1.0)
 
 
 @jit
@@ -226,6 +227,26 @@ def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
 
 
 @formula
+def moves(i: int, w: Walker) -> bool:
+    """Whether the time at which the clock puts leg i down has derivatives."""
+    total = 0.0
+    for d in range(1, w.legs.shape[2]):
+        total += abs(w.legs[i, OFFSET, d])
+    return total > 0.0
+
+
+@jit
+def put_down_late(s: float, i: int, w: Walker) -> None:
+    """Put leg i down by the clock at a time s that moves."""
+    refresh(s, w)
+    slide_derivatives(w.legs[i, OFFSET], 1.0, w)
+    put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+    delay_law(w.stance, i, w.legs[i, OFFSET])
+    refresh(s, w)
+    slide_derivatives(w.legs[i, OFFSET], -1.0, w)
+
+
+@formula
 def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
     """Lift and put down the legs whose time has come; return whether a step ends with that.
 
@@ -238,8 +259,12 @@ def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
             ends |= happen(s, i, w, tape)
     for i in range(w.contacts.shape[0]):
         if w.legs[i, TRIGGER, 0] == CLOCK and s >= w.contacts[i, SINCE] + 2.0:
-            put_down(s, w.y, w.legs, i, w.stance, w.contacts)
-            record_event(tape, s, i, TOUCHDOWN, 0.0)
+            if moves(i, w):
+                put_down_late(s, i, w)
+            else:
+                put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+            if s > 0.0:
+                record_event(tape, s, i, TOUCHDOWN, 0.0)
     return ends
 
 

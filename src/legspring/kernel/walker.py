@@ -21,9 +21,12 @@ Ints = NDArray[np.int64]
 # Rows of a body jet.
 GRAVITY, GYRATION = 0, 1
 N_BODY = 2
-# Rows of a leg's parameters; the last three have no derivatives.
-HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE, DAMPING, TRIGGER, STAY, FORMULA = range(11)
-N_LEG = 11
+# Rows of a start jet.
+SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE, TURN = range(7)
+N_START = 7
+# Rows of a leg's parameters; the last two have no derivatives.
+HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE, DAMPING, STAY, OFFSET, TRIGGER, FORMULA = range(12)
+N_VARIED, N_LEG = 10, 12
 # What makes a leg touch down; from 1 on: the lift-off of the leg with this number, counted from 1.
 CLOCK, GROUND = 0, -1
 # Rows of a state; a body whose yaw is held has the first four only.
@@ -36,8 +39,8 @@ N_STANCE = 11
 PLAIN, DAMPED = 0.0, 1.0
 
 # Columns of the contacts.
-SIDE, OFFSET, SINCE, DOWN, SIGN, WATCHED, ARM_X, ARM_Y, LEVEL = range(9)
-N_CONTACT = 9
+SIDE, SINCE, DOWN, SIGN, WATCHED, ARM_X, ARM_Y, LEVEL = range(8)
+N_CONTACT = 8
 # What is watched of a leg: nothing, when its force is zero, or when the height of its foot is.
 NOTHING, FORCE, HEIGHT = 0.0, 1.0, 2.0
 # Entries of the clock; the push is the outside acceleration now, as x0 + x1 s and y0 + y1 s.
@@ -59,15 +62,19 @@ class Walker(NamedTuple):
     body
         ``(2, C)``: gravity along the plane, ``g sin(slope) t_des^2``, and ``m / I`` (0 where the yaw is held).
     legs
-        ``(L, 11, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle, damping
-        (``c t_des / m``); what makes it touch down (see `CLOCK`); step durations from touch-down to lift-off, or 0:
-        until its force is zero; address of a length law's formula (see `legspring.kernel.written`), or 0.
+        ``(L, 12, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle, damping
+        (``c t_des / m``); step durations from touch-down to lift-off, or 0: until its force is zero; offset (time of
+        the first touch-down, from 0 to below 2; then every 2); what makes it touch down (see `CLOCK`); address of a
+        length law's formula (see `legspring.kernel.written`), or 0.
+    start
+        ``(7, C)``: speed, heading relative to the body, displacement of the centre of mass over the last step (x, y),
+        yaw, yaw rate, and change of yaw over the last step. Of the legs that do not go by the clock none was down
+        before if there was no displacement, (0, 0).
     push
         ``(P, 3)``: knots (time, x, y) of an acceleration from outside, linear in between, zero elsewhere.
     contacts
-        ``(L, 9)``: side (-1: the leg pushes, +1: it pulls), offset (time of the first touch-down, from 0 to below
-        2; then every 2), time of the last touch-down, whether the leg is down (1 or 0), the sign of its gap since the
-        end of the ignored window (0 before), what is watched of it (see
+        ``(L, 8)``: side (-1: the leg pushes, +1: it pulls), time of the last touch-down, whether the leg is down
+        (1 or 0), the sign of its gap since the end of the ignored window (0 before), what is watched of it (see
         `NOTHING`), from the centre of mass to the foot held ready (x, y, seen from the body), and the height of the
         ground. The gap of a leg in stance is its force by its stiffness, ``|r| - l`` where there is no damper; that of
         a leg which waits for the ground is the height of its foot above it.
@@ -91,12 +98,15 @@ class Walker(NamedTuple):
         hip seen from the centre of mass (x, y), gap, and stiffness across and, less that across, along the leg.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
+    section
+        ``(n, C)``: state at the start of the last step.
     flat_y, flat_k, flat_ahead
         The same memory as ``y``, ``k`` and ``ahead``, with the last two axes made one.
     """
 
     body: Floats
     legs: Floats
+    start: Floats
     push: Floats
     contacts: Floats
     clock: Floats
@@ -111,6 +121,7 @@ class Walker(NamedTuple):
     ground: Floats
     delay: Floats
     lag: Floats
+    section: Floats
     flat_y: Floats
     flat_k: Floats
     flat_ahead: Floats
@@ -132,9 +143,6 @@ class Tape(NamedTuple):
         ``(M, 7, n, C)``: coefficients of the interpolant.
     stance, down
         ``(M, L, 11, C)``, ``(M, L)``: the legs during each step, and whether they are down (1 or 0).
-    touchdowns
-        ``(N, n)``: state (without derivatives) at the start of each step of the animal, time 0 first; nan where it
-        did not get that far.
     events
         ``(E, 5)``: time, leg, kind, step that it precedes, and, at lift-off by zero force, the rate of the gap.
     """
@@ -146,22 +154,21 @@ class Tape(NamedTuple):
     dense: Floats
     stance: Floats
     down: Floats
-    touchdowns: Floats
     events: Floats
 
 
-def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: Floats, rows: int) -> Walker:
-    """Return a walker with its state still to be set; ``rows`` is 4 where the yaw is held, else 6."""
-    n_legs, _, width = legs.shape
-    contacts = np.zeros((n_legs, N_CONTACT))
-    contacts[:, SIDE], contacts[:, OFFSET] = side, offset
+def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: int, width: int) -> Walker:
+    """Return a walker with its numbers still to be packed; ``rows`` is 4 where the yaw is held, else 6."""
+    n_legs = len(side)
+    legs, contacts = np.zeros((n_legs, N_LEG, width)), np.zeros((n_legs, N_CONTACT))
+    legs[:, TRIGGER, 0], legs[:, FORMULA, 0], contacts[:, SIDE] = trigger, law, side
     y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
     ahead, room = np.zeros((rows, width)), np.zeros((rows, width))
-    # Copies are writable and in order, so that all walkers have one type.
     return Walker(
-        body.copy(),
-        legs.copy(),
-        push.copy(),
+        np.zeros((N_BODY, width)),
+        legs,
+        np.zeros((N_START, width)),
+        push,
         contacts,
         np.zeros(N_CLOCK),
         y,
@@ -175,14 +182,15 @@ def new_walker(body: Floats, legs: Floats, side: Floats, offset: Floats, push: F
         np.zeros(width),
         np.zeros(width),
         np.zeros(width),
+        np.zeros((rows, width)),
         y.reshape(-1),
         k.reshape(16, -1),
         ahead.reshape(-1),
     )
 
 
-def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
-    """Return an empty tape for so many steps, events and touch-downs (none: they are not recorded)."""
+def new_tape(steps: int, events: int, w: Walker) -> Tape:
+    """Return an empty tape for so many steps and events (none: they are not recorded)."""
     n_legs, _, width = w.legs.shape
     rows = w.y.shape[0]
     return Tape(
@@ -193,13 +201,12 @@ def new_tape(steps: int, events: int, touchdowns: int, w: Walker) -> Tape:
         np.zeros((steps, 7, rows, width)),
         np.zeros((steps, n_legs, N_STANCE, width)),
         np.zeros((steps, n_legs)),
-        np.full((touchdowns, rows), np.nan),
         np.zeros((events, 5)),
     )
 
 
-_example = new_walker(np.zeros((2, 1)), np.zeros((1, N_LEG, 1)), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4)
+_example = new_walker(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4, 1)
 WALKER: Any = typeof(_example)
 """Numba's type of all walkers."""
-TAPE: Any = typeof(new_tape(1, 1, 1, _example))
+TAPE: Any = typeof(new_tape(1, 1, _example))
 JET: Any = typeof(_example.y)

@@ -3,38 +3,36 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from legspring.flow import Flow
 from legspring.kernel.measure import ALL_LEGS, largest_force
-from legspring.kernel.walker import Tape
-from legspring.returnmap import step_ends
-from legspring.setting import Setting
 
 LATERAL, FORE_AFT, MAGNITUDE = 0, 1, 2
 
 
-def peak_force(setting: Setting, tape: Tape, leg: int) -> NDArray[np.float64]:
-    """Lateral and fore-aft force of a leg on the body of largest magnitude on a tape, with its sign, in units of m g.
+def peak_force(run: Flow, leg: int) -> NDArray[np.float64]:
+    """Lateral and fore-aft force of largest magnitude of a leg on the body, with its sign, in units of m g.
 
     Returns
     -------
     ndarray
         ``(2,)``.
     """
-    peaks, end = np.zeros(2), step_ends(setting, tape)[-1]
+    peaks, end = np.zeros(2), run.step_ends[-1]
     for axis in (LATERAL, FORE_AFT):
-        high = largest_force(tape, leg, axis, 1.0, 0.0, end)
-        low = largest_force(tape, leg, axis, -1.0, 0.0, end)
-        peaks[axis] = (high if high >= low else -low) / setting.weight
+        high = largest_force(run.tape, leg, axis, 1.0, 0.0, end)
+        low = largest_force(run.tape, leg, axis, -1.0, 0.0, end)
+        peaks[axis] = (high if high >= low else -low) / run.weight
     return peaks
 
 
-def peak_magnitude(setting: Setting, tape: Tape, leg: int) -> float:
-    """Largest magnitude of a leg's force on a tape, in units of m g."""
-    return largest_force(tape, leg, MAGNITUDE, 1.0, 0.0, step_ends(setting, tape)[-1]) / setting.weight
+def peak_magnitude(run: Flow, leg: int) -> float:
+    """Largest magnitude of a leg's force in a simulation, in units of m g."""
+    return largest_force(run.tape, leg, MAGNITUDE, 1.0, 0.0, run.step_ends[-1]) / run.weight
 
 
-def net_force(setting: Setting, tape: Tape, *, steps: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def net_force(run: Flow, *, steps: int = 1) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Largest and smallest sum of the legs' forces (lateral, fore-aft) over the first steps, in units of m g."""
-    end = step_ends(setting, tape)[steps]
-    high = [largest_force(tape, ALL_LEGS, axis, 1.0, 0.0, end) for axis in (LATERAL, FORE_AFT)]
-    low = [0.0 - largest_force(tape, ALL_LEGS, axis, -1.0, 0.0, end) for axis in (LATERAL, FORE_AFT)]
-    return np.array(high) / setting.weight, np.array(low) / setting.weight
+    end = run.step_ends[steps]
+    high = [largest_force(run.tape, ALL_LEGS, axis, 1.0, 0.0, end) for axis in (LATERAL, FORE_AFT)]
+    low = [0.0 - largest_force(run.tape, ALL_LEGS, axis, -1.0, 0.0, end) for axis in (LATERAL, FORE_AFT)]
+    return np.array(high) / run.weight, np.array(low) / run.weight

@@ -1,16 +1,17 @@
 """Recovery from a push across the way, or along it in a side view: from the animal's left, or from behind."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from legspring.checks import checked_number
-from legspring.kernel.run import run
-from legspring.kernel.walker import TIME, VX, VY, YAW
-from legspring.returnmap import REASONS, Start, flow
-from legspring.setting import ACCURACY, Setting
+from legspring.flow import REASONS, flow, flows
+from legspring.kernel.many import Ends
+from legspring.kernel.walker import VX, VY, YAW, Floats
+from legspring.layout import System
 
 BEGIN = 1.0 / 8.0
 """Start of the push, in step durations."""
@@ -21,6 +22,8 @@ ANGLE = 0.15
 BACK, SURELY_BACK = 1e-2, 1e-3
 ELSEWHERE, REPEATS = 1.0, 2e-3
 STEPS = 100
+STAGES = 12, 40, STEPS
+"""Steps after which a gait may be back, in the end."""
 LARGEST_IMPULSE = 10.0
 
 
@@ -54,26 +57,24 @@ class Recovery:
         return self.steps is not None
 
 
-def push_knots(setting: Setting, impulse: float, step: float = 1.0) -> NDArray[np.float64]:
+def push_knots(system: System, impulse: float, step: float = 1.0) -> NDArray[np.float64]:
     """Return the push as knots (time, x, y) of an acceleration, in the kernel's units.
 
     A triangle in time whose area is the impulse times v_des; the first step lasts ``step`` step durations.
     """
-    t_des = setting.step_duration
-    peak = 2.0 * impulse * setting.desired_speed / LENGTH * t_des**2
+    t_des = system.step_duration
+    peak = 2.0 * impulse * system.desired_speed / LENGTH * t_des**2
     times = BEGIN * step + np.array([0.0, TO_PEAK, LENGTH]) / t_des
     return np.column_stack([times, [0.0, peak, 0.0], np.zeros(3)])
 
 
-def recover(
-    setting: Setting, phase: ArrayLike, start: Start, impulse: float, *, accuracy: float = ACCURACY
-) -> Recovery:
+def recover(system: System, p: Floats, impulse: float) -> Recovery:
     """Push a gait sideways in its first step and follow it for 100 steps.
 
     Parameters
     ----------
-    setting, phase, start
-        The gait.
+    system, p
+        The gait: an animal on its slope, and all parameters with the start.
     impulse
         In units of m v_des, > 0 to the right.
 
@@ -82,52 +83,74 @@ def recover(
     ValueError
         If the impulse is out of range, or the animal's legs do no work, so that it keeps what it is given.
     """
-    if "energy" in setting.conserved:
-        raise ValueError(
-            f"animal = {setting.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
-            "this one conserves energy and keeps what it is given"
-        )
+    check_pushed(system)
     valid = f"a finite number of m v_des, within +-{LARGEST_IMPULSE:g}"
     impulse = checked_number("impulse", impulse, valid, LARGEST_IMPULSE)
-    legs = setting.legs(phase)[:, :, None]
-    # Where steps end at touch-downs, the step duration is but a unit of time.
-    step = float(flow(setting, phase, start)[0].clock[TIME]) if setting.event_driven else 1.0
-    push = push_knots(setting, impulse, step)
-    status, _, tape = run(
-        setting.body[:, None],
-        legs,
-        setting.side,
-        setting.offset,
-        push,
-        start.in_kernel_units(setting)[:, None],
-        setting.rows,
-        float(STEPS),
-        setting.error_scale(accuracy),
-        0,
-        0,
-    )
-    distance = distances(setting, tape.touchdowns)
-    # Nothing is back before the push is over.
-    steps = steps_to_recover(distance, math.ceil(push[-1, 0] / step))
-    return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(status))
+    unit = first_step(system, p)
+    ends = after_pushes(system, p, [impulse], unit, STEPS)
+    distance = distances(system, ends.states[0])
+    steps = steps_to_recover(distance, end_of_push(system, unit))
+    return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(int(ends.status[0])))
 
 
-def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def recovery_steps(system: System, p: Floats, impulses: Sequence[float]) -> Floats:
+    """Return how many steps a gait takes to recover from each of some impulses, ``(I,)``; nan where it does not.
+
+    Most are back soon: they are not followed for as long as `recover` does.
+    """
+    check_pushed(system)
+    found, unit = np.full(len(impulses), np.nan), first_step(system, p)
+    first = end_of_push(system, unit)
+    for most in STAGES:
+        rest = np.flatnonzero(np.isnan(found))
+        ends = after_pushes(system, p, [impulses[n] for n in rest], unit, most)
+        for n, states in zip(rest, ends.states, strict=True):
+            steps = steps_to_recover(distances(system, states), first)
+            found[n] = np.nan if steps is None else steps
+    return found
+
+
+def check_pushed(system: System) -> None:
+    """Raise ValueError if an animal keeps what a push gives it."""
+    if "energy" in system.conserved:
+        raise ValueError(
+            f"animal = {system.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
+            "this one conserves energy and keeps what it is given"
+        )
+
+
+def first_step(system: System, p: Floats) -> float:
+    """Return how long the first step lasts, in step durations: where it ends at a touch-down, those are a mere unit."""
+    return float(flow(system, p).step_ends[1]) if system.event_driven else 1.0
+
+
+def end_of_push(system: System, step: float) -> int:
+    """Return the first step at whose end the push is over: nothing is back before."""
+    return math.ceil(push_knots(system, 0.0, step)[-1, 0] / step)
+
+
+def after_pushes(system: System, p: Floats, impulses: Sequence[float], step: float, steps: int) -> Ends:
+    """Follow a gait for a number of steps after each of some pushes."""
+    pushes = np.array([push_knots(system, impulse, step) for impulse in impulses]).reshape(-1, 3, 3)
+    return flows(system, np.repeat(p[None], len(impulses), axis=0), steps=steps, pushes=pushes)
+
+
+def distances(system: System, states: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance of each touch-down's velocity from the first one's, mirrored after odd steps.
 
     Where all directions are alike, there is none to come back to: the velocity is that seen from the body.
     """
     velocity = states[:, [VX, VY]].copy()
-    if setting.isotropic:
+    if system.isotropic:
         cosine, sine = np.cos(states[:, YAW]), np.sin(states[:, YAW])
         velocity = np.column_stack(
             [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
         )
-    if setting.mirrored:
+    if system.mirrored:
         velocity[1::2, 0] *= -1.0
-    change = np.abs(velocity - velocity[0]) / setting.step_length
+    change = np.abs(velocity - velocity[0]) / system.desired_speed
     # From the side, x is the way ahead.
-    ahead, across = (0, 1) if setting.animal.sagittal else (1, 0)
+    ahead, across = (0, 1) if system.animal.sagittal else (1, 0)
     result: NDArray[np.float64] = np.maximum(change[:, across] / np.tan(ANGLE), change[:, ahead])
     return result
 

@@ -7,7 +7,7 @@ from numbers import Real
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AfterValidator, PlainSerializer, field_validator, model_validator
+from pydantic import AfterValidator, PlainSerializer, PrivateAttr, field_validator, model_validator
 
 from legspring.checks import shown
 from legspring.model._base import Frozen, Label, ModelError, Positive
@@ -63,7 +63,8 @@ class Animal(Frozen):
     body : Body
         Mass and inertia.
     legs : tuple of Leg
-        The legs. The two legs of a pair are mirror images, one step apart.
+        The legs, one or two to a pair. Where all pairs have two that are mirror images, one step apart, the animal is
+        symmetric, and so are its gaits.
     families : mapping of str to tuple of str
         Labels of the pairs that push, for each family of gaits; the other pairs pull.
     speed_law : SpeedLaw
@@ -103,21 +104,30 @@ class Animal(Frozen):
     def _constant_duration(cls, law: Any) -> Any:
         return {"duration": law} if isinstance(law, Real) else law
 
+    # What follows from the legs and is often asked for.
+    _pairs: tuple[str, ...] = PrivateAttr(())
+    _first_legs: tuple[int, ...] = PrivateAttr(())
+    _partners: tuple[int, ...] = PrivateAttr(())
+    _odd_pair: str | None = PrivateAttr(None)
+
     @model_validator(mode="after")
     def _parts_fit(self) -> Self:
         _check_names(self.legs)
+        self._pairs = tuple(dict.fromkeys(leg.pair for leg in self.legs))
         _check_rules(self.legs)
         _check_pairs(self.legs)
         _check_families(self.families, self.pairs)
         # The frequency's line has no bend but one, into a constant: good ends mean a good middle.
         for slope_deg in self.speed_law.domain_deg:
             self.step_duration(radians(slope_deg))
+        self._first_legs, self._partners = _first_legs(self.legs), _partners_of(self.legs)
+        self._odd_pair = _odd_pair(self.legs, self._partners)
         return self
 
     @property
     def pairs(self) -> tuple[str, ...]:
         """Labels of the pairs of legs, in order of first appearance."""
-        return tuple(dict.fromkeys(leg.pair for leg in self.legs))
+        return self._pairs
 
     @property
     def pair_of(self) -> tuple[int, ...]:
@@ -127,25 +137,62 @@ class Animal(Frozen):
     @property
     def first_legs(self) -> tuple[int, ...]:
         """Index of the leg of each pair that is put down first, the one that `replace` describes."""
-        members = [[i for i, leg in enumerate(self.legs) if leg.pair == pair] for pair in self.pairs]
-        return tuple(min(legs, key=lambda i: self.legs[i].offset) for legs in members)
+        return self._first_legs
 
     @property
     def partners(self) -> tuple[int, ...]:
         """Index of the other leg of each leg's pair; its own where it has none."""
-        others = _partners(self.legs)
-        names = [leg.name for leg in self.legs]
-        return tuple(names.index(others.get(name, name)) for name in names)
+        return self._partners
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether every leg has its mirror image on the other side, a step later."""
+        return self.odd_pair is None
+
+    @property
+    def odd_pair(self) -> str | None:
+        """Label of the first pair that has not two legs that are mirror images; None if there is none."""
+        return self._odd_pair
+
+    def legs_named(self, label: str) -> tuple[int, ...]:
+        """Return the legs that a label means: those of a pair, or a single one.
+
+        Parameters
+        ----------
+        label : str
+            Of a pair or a leg.
+
+        Returns
+        -------
+        tuple of int
+            Indices of the legs.
+
+        Raises
+        ------
+        ModelError
+            If nothing has this label, or both a leg and a pair of more than that leg.
+        """
+        pair = tuple(i for i, leg in enumerate(self.legs) if leg.pair == label)
+        single = tuple(i for i, leg in enumerate(self.legs) if leg.name == label)
+        if pair and single and pair != single:
+            names = ", ".join(self.legs[i].name for i in pair)
+            raise ModelError(
+                f"{label!r} is both the pair of legs {names} and the leg {label}: must be given another name"
+            )
+        if not pair and not single:
+            legs = ", ".join(leg.name for leg in self.legs)
+            raise ModelError(f"{shown(label)}: must be a pair ({', '.join(self.pairs)}) or a leg ({legs})")
+        return pair or single
 
     @property
     def actuation(self) -> tuple[float, ...]:
-        """Amplitude abs(ldev) of each pair (m), in the order of `pairs`."""
-        return tuple({leg.pair: leg.actuation for leg in self.legs}.values())
+        """Amplitude abs(ldev) of each pair (m), in the order of `pairs`; that of its first leg."""
+        return tuple(self.legs[i].actuation for i in self.first_legs)
 
     @property
     def phase(self) -> tuple[float, ...]:
         """Phase phi of each pair (rad) where it is given, 0 where it is not, in the order of `pairs`."""
-        return tuple({leg.pair: leg.phase or 0.0 for leg in self.legs}.values())
+        return tuple(self.legs[i].phase or 0.0 for i in self.first_legs)
 
     @property
     def tuned(self) -> bool:
@@ -235,7 +282,9 @@ class Animal(Frozen):
             follows, stance, damping, length_law). A leg's field takes one value for all pairs, or a
             sequence with one for each pair. The value is that of the leg of the pair which is put down
             first (offset 0); its partner becomes its mirror image, with the angle and the hip's dx
-            negated.
+            negated. Or a number of one pair or leg, such as ``"F.stiffness"`` (both legs alike, angle and hip_x
+            in mirror image) and ``"FL.stiffness"``; hip_x and hip_y are numbers of their own there. Or
+            desired_speed (m/s) and step_duration (s) in place of the laws.
 
         Returns
         -------
@@ -255,7 +304,16 @@ class Animal(Frozen):
         0.003
         >>> [leg.stiffness for leg in heavier.legs]
         [1.5, 1.5, 2.0, 1.5, 1.5, 2.0]
+        >>> limping = cockroach().replace(**{"FL.stiffness": 0.75})
+        >>> [leg.stiffness for leg in limping.legs]
+        [0.75, 1.5, 1.5, 1.5, 1.5, 1.5]
         """
+        single = {name: changes.pop(name) for name in list(changes) if "." in name}
+        for name, law in (("desired_speed", "speed_law"), ("step_duration", "step_law")):
+            if name in changes and law in changes:
+                raise ModelError(f"{name} and {law} are both given: must be one of them")
+            if name in changes:
+                changes[law] = changes.pop(name)
         own, body, leg = (_pick(changes, names) for names in _CHANGEABLE)
         if unknown := [name for name in changes if name not in own | body | leg]:
             valid = ", ".join(name for names in _CHANGEABLE for name in names)
@@ -266,7 +324,8 @@ class Animal(Frozen):
             parts["body"] = Body(**dict(animal.body) | body)
         if leg:
             parts["legs"] = _changed_legs(animal, leg)
-        return Animal(**dict(animal) | parts) if parts else animal
+        animal = Animal(**dict(animal) | parts) if parts else animal
+        return Animal(**dict(animal) | {"legs": _with_numbers(animal, single)}) if single else animal
 
 
 _CHANGEABLE = (
@@ -274,6 +333,12 @@ _CHANGEABLE = (
     tuple(Body.model_fields),
     (*(name for name in Leg.model_fields if name not in ("name", "pair")), "angle_deg"),
 )
+_NUMBERS = (
+    *("hip_x", "hip_y", "length", "stiffness", "angle", "angle_deg", "actuation", "phase", "offset", "stance"),
+    "damping",
+)
+"""What a single leg, or pair, may have a number of."""
+_MIRRORED = ("hip_x", "angle", "angle_deg")
 
 
 def _pick(changes: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
@@ -293,6 +358,37 @@ def _changed_legs(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]
         return new if leg.name == first.name else new.mirrored(leg.name, partners)
 
     return tuple(map(changed, animal.legs))
+
+
+def _with_numbers(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]:
+    """Change numbers of single pairs and legs, by names such as ``F.stiffness``."""
+    fields: list[dict[str, Any]] = [dict(leg) for leg in animal.legs]
+    for name, value in changes.items():
+        owner, _, number = name.rpartition(".")
+        if number not in _NUMBERS:
+            raise ModelError(f"cannot replace {shown(name)}: must be a pair or leg and one of {', '.join(_NUMBERS)}")
+        legs = animal.legs_named(owner)
+        for i in legs:
+            first = next((j for j in legs if j in animal.first_legs), i)
+            later = animal.legs[i].offset - animal.legs[first].offset
+            _set_number(fields[i], number, value if i == first else _image(number, value, later))
+    return tuple(Leg(**leg) for leg in fields)
+
+
+def _set_number(leg: dict[str, Any], number: str, value: Any) -> None:
+    if number == "angle_deg":
+        del leg["angle"]
+    if number in ("hip_x", "hip_y"):
+        x, y = leg["hip"]
+        number, value = "hip", (value, y) if number == "hip_x" else (x, value)
+    leg[number] = value
+
+
+def _image(number: str, value: Any, later: float) -> Any:
+    """Return a number of the other leg of a pair; what is no number is left for the check to come."""
+    if not isinstance(value, Real):
+        return value
+    return (value + later) % 2.0 if number == "offset" else 0.0 - value if number in _MIRRORED else value
 
 
 def _by_pair(name: str, value: Any, pairs: tuple[str, ...]) -> dict[str, Any]:
@@ -334,18 +430,35 @@ def _partners(legs: tuple[Leg, ...]) -> dict[str, str]:
     return {a.name: b.name for a in legs for b in legs if a.pair == b.pair and a.name != b.name}
 
 
+def _first_legs(legs: tuple[Leg, ...]) -> tuple[int, ...]:
+    """Index of the leg of each pair that is put down first."""
+    pairs: dict[str, list[int]] = {}
+    for i, leg in enumerate(legs):
+        pairs.setdefault(leg.pair, []).append(i)
+    return tuple(min(members, key=lambda i: legs[i].offset) for members in pairs.values())
+
+
+def _partners_of(legs: tuple[Leg, ...]) -> tuple[int, ...]:
+    """Index of the other leg of each leg's pair; its own where it has none."""
+    others, names = _partners(legs), [leg.name for leg in legs]
+    return tuple(names.index(others.get(name, name)) for name in names)
+
+
+def _odd_pair(legs: tuple[Leg, ...], partners: tuple[int, ...]) -> str | None:
+    """Label of the first pair that has not two legs that are mirror images; None if there is none."""
+    names = _partners(legs)
+    for i, n in enumerate(partners):
+        if n == i or not legs[n].is_mirror_image_of(legs[i], names):
+            return legs[i].pair
+    return None
+
+
 def _check_pairs(legs: tuple[Leg, ...]) -> None:
-    """Insist on mirror images, without which no gait is mirror-symmetric."""
+    """Insist on pairs of one or two legs."""
     for pair in dict.fromkeys(leg.pair for leg in legs):
-        members = [leg for leg in legs if leg.pair == pair]
-        names = ", ".join(leg.name for leg in members)
-        if len(members) > 2:
-            raise ModelError(f"pair {pair!r} has legs {names}: must be one or two")
-        if len(members) == 2 and not members[1].is_mirror_image_of(members[0], _partners(legs)):
-            raise ModelError(
-                f"legs {names} of pair {pair!r} must be mirror images: angle and hip's dx negated, "
-                "offsets 1 apart, each following the other's image, all else equal"
-            )
+        names = [leg.name for leg in legs if leg.pair == pair]
+        if len(names) > 2:
+            raise ModelError(f"pair {pair!r} has legs {', '.join(names)}: must be one or two")
 
 
 def _check_families(families: Mapping[str, tuple[str, ...]], pairs: tuple[str, ...]) -> None:

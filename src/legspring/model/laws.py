@@ -1,7 +1,7 @@
 """How fast an animal means to run on a slope, and how long its steps take at that speed."""
 
 from functools import cache
-from math import degrees
+from math import degrees, inf, isclose, radians
 from statistics import linear_regression
 from typing import Self
 
@@ -74,6 +74,11 @@ class SpeedLaw(Frozen):
             valid = f"{low:g} deg" if low == high else f"between {low:g} and {high:g} deg"
             raise ModelError(f"slope = {slope_deg:g} deg: must be {valid}")
         return self._speed(slope_deg)
+
+    @property
+    def rate(self) -> float:
+        """Derivative of the speed by the slope (m/s per rad)."""
+        return (self.vertical - self.level) / radians(90.0)
 
     def _speed(self, slope_deg: float) -> float:
         return self.level + slope_deg / 90.0 * (self.vertical - self.level)
@@ -149,6 +154,28 @@ class StepLaw(Frozen):
         if not frequency > 0:
             raise ModelError(f"stride frequency at {speed:g} m/s = {frequency:g} Hz: must be greater than 0")
         return 1.0 / (2.0 * frequency)
+
+    def rate(self, speed: float, ahead: float = 1.0) -> float:
+        """Return the derivative of the duration by the speed (s per m/s).
+
+        Parameters
+        ----------
+        speed : float
+            Desired speed v_des (m/s).
+        ahead : float
+            Which derivative is meant at a kink: that towards greater speeds (> 0) or smaller ones.
+        """
+        if self.duration is not None:
+            return 0.0
+        above = speed > (inf if self.constant_above is None else self.constant_above)
+        if ahead > 0.0 if self.has_kink(speed) else above:
+            return 0.0
+        gradient, _ = self._line
+        return -2.0 * gradient * self(speed) ** 2
+
+    def has_kink(self, speed: float) -> bool:
+        """Tell whether the frequency begins to be constant at a speed (m/s)."""
+        return self.constant_above is not None and isclose(speed, self.constant_above, rel_tol=1e-9)
 
     @property
     def _line(self) -> tuple[float, float]:

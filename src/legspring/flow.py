@@ -1,0 +1,326 @@
+"""Simulations: one with all that happened, or many at once; the one door to what the kernel has seen."""
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from legspring.kernel.many import DURATION, Ends, many, new_ends
+from legspring.kernel.measure import leg_series, state_series
+from legspring.kernel.pack import GRAVITATION, MASS, STEP_DURATION
+from legspring.kernel.walker import (
+    DOWN,
+    EVENT_LOST,
+    FALLEN,
+    FOOT_X,
+    FORCE,
+    GRIP_X,
+    LEVEL,
+    LIFTOFF,
+    NO_TOUCHDOWN,
+    SINCE,
+    SPRING,
+    STEP_TOO_SMALL,
+    TAPE_FULL,
+    TIME,
+    TOO_MANY_STEPS,
+    VX,
+    VY,
+    WATCHED,
+    YAW_RATE,
+    Floats,
+    Ints,
+    Tape,
+    Walker,
+    X,
+    Y,
+    new_tape,
+)
+from legspring.layout import ACCURACY, START, System
+
+NO_PUSH, NO_PUSHES = np.zeros((0, 3)), np.zeros((0, 0, 3))
+SEEN = (*START, "duration")
+"""Names of what is observed at the end of a simulation."""
+assert SEEN.index("duration") == DURATION
+Direction = str | Floats
+"""A parameter's name, or a vector in the space of the parameters."""
+
+MOST_STEPS_AT_ONCE = 2000
+"""Longest simulation, in steps."""
+REASONS = {
+    STEP_TOO_SMALL: "the integrator's step became too small: a leg collapsed to its hip, or forces are too stiff",
+    TOO_MANY_STEPS: "the integrator needed too many steps: forces are too stiff for the time that a step takes",
+    EVENT_LOST: "a lift-off could not be located: the leg's force stays too near zero",
+    NO_TOUCHDOWN: "no leg touches down any more",
+    FALLEN: "the body falls to the ground",
+}
+
+
+class IntegrationError(ArithmeticError):
+    """A simulation could not be carried on; the message says why.
+
+    Attributes
+    ----------
+    evaluations
+        Of the equations of motion, in vain.
+    """
+
+    def __init__(self, message: str, evaluations: int = 0) -> None:
+        super().__init__(message)
+        self.evaluations = evaluations
+
+
+class Events(NamedTuple):
+    """Touch-downs and lift-offs, in order: when (s), which leg, whether it lifts off, its gap's rate then, and where.
+
+    The rate (m/s) is that of a lift-off by zero force; where: the centre of mass, ``(E, 2)``.
+    """
+
+    time: Floats
+    leg: Ints
+    lifts: NDArray[np.bool_]
+    rate: Floats
+    place: Floats
+
+
+class Contacts(NamedTuple):
+    """Legs at one moment: down or not; whether they lift off once their force is zero, and did not just come down.
+
+    Then feet seen from the centre of mass, ``(L, 2)``, and height of the ground, from there (nan where there is none);
+    gap of those that are down, m, and stiffness, N/m.
+    """
+
+    down: NDArray[np.bool_]
+    leaves: NDArray[np.bool_]
+    feet: Floats
+    ground: Floats
+    gaps: Floats
+    stiffness: Floats
+
+
+class Samples(NamedTuple):
+    """A motion at T times: states ``(T, 6)``, SI; legs down or not, ``(T, L)``; hips in the body, feet, ``(T, L, 2)``.
+
+    Then force-free length and force (in m g, > 0 pulling) of the legs, ``(T, L)``: without meaning in swing.
+    """
+
+    states: Floats
+    down: NDArray[np.bool_]
+    hips: Floats
+    feet: Floats
+    free: Floats
+    force: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """A simulation.
+
+    Attributes
+    ----------
+    system, p, along
+        What was simulated: all its parameters, ``(n,)``, and the directions of the derivatives, ``(D, n)``.
+    seen
+        ``(8, 1 + D)``: what is observed at the end (see `SEEN`), and its derivatives; SI units.
+    times, states
+        ``(S + 1,)``, ``(S + 1, n)``: of each start of a step, and of the end: place, velocity and, where the body yaws,
+        yaw and yaw rate; SI units.
+    walker, tape
+        The end, and what happened, as the kernel has them.
+    """
+
+    system: System
+    p: Floats
+    along: Floats
+    seen: Floats
+    times: Floats
+    states: Floats
+    walker: Walker
+    tape: Tape
+
+    @property
+    def state(self) -> Floats:
+        """State at the end and its derivatives, ``(n, 1 + D)``; SI units."""
+        y, rate = self.walker.y.copy(), 1.0 / self.unit
+        for row in (VX, VY, *([YAW_RATE] if self.system.yaws else [])):
+            y[row, 1:] -= y[row, 0] * self.along[:, STEP_DURATION] * rate
+            y[row] *= rate
+        return y
+
+    @property
+    def unit(self) -> float:
+        """Unit of time of the kernel, the step duration t_des, s."""
+        return float(self.p[STEP_DURATION])
+
+    @property
+    def weight(self) -> float:
+        """Unit of forces, m g, by the mass, in the kernel's units (m per step duration squared)."""
+        return float(self.p[GRAVITATION]) * self.unit**2
+
+    @property
+    def step_ends(self) -> Floats:
+        """Times between the steps, start and end among them, in step durations."""
+        return self.times / self.unit
+
+    @property
+    def down_at_start(self) -> NDArray[np.bool_]:
+        """Which legs are down at the start of what was recorded, ``(L,)``."""
+        return self.tape.down[0] != 0.0
+
+    @cached_property
+    def events(self) -> Events:
+        """What happened, in order."""
+        tape = self.tape
+        time, leg, kind, step, rate = tape.events[: tape.counts[1]].T
+        places = tape.y[step.astype(int), :2, 0] if len(time) else np.zeros((0, 2))
+        return Events(time * self.unit, leg.astype(int), kind == LIFTOFF, rate / self.unit, places)
+
+    def contacts(self) -> Contacts:
+        """Return what is known of the legs at the end."""
+        w, stance = self.walker, self.walker.stance[:, :, 0]
+        down = w.contacts[:, DOWN] != 0.0
+        leaves = (w.contacts[:, WATCHED] == FORCE) & (w.contacts[:, SINCE] < w.clock[TIME])
+        feet = stance[:, FOOT_X : FOOT_X + 2] - w.y[X : X + 2, 0]
+        ground = w.contacts[:, LEVEL] if self.system.animal.sagittal else np.full(len(down), math.nan)
+        stiffness = stance[:, SPRING] * self.p[MASS] / self.unit**2
+        return Contacts(down, leaves, feet, ground - w.y[Y, 0], w.gaps[0, :, 0], stiffness)
+
+    def samples(self, times: Floats) -> Samples:
+        """Look at some times (in step durations) of what was recorded."""
+        tape = self.tape
+        count = int(tape.counts[0])
+        index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
+        y = np.zeros((len(times), *tape.y.shape[1:]))
+        state_series(tape, index, np.asarray(times), y)
+        states = y[:, :, 0]
+        free, force = np.moveaxis(leg_series(tape, index, times, states), -1, 0)
+        stance, down = tape.stance[index, :, :, 0], tape.down[index] != 0.0
+        states = np.pad(states, ((0, 0), (0, 6 - states.shape[1])))
+        states[:, [VX, VY, YAW_RATE]] /= self.unit
+        hips, feet = stance[:, :, GRIP_X : GRIP_X + 2], stance[:, :, FOOT_X : FOOT_X + 2]
+        return Samples(states, down, hips, feet, free, force / self.weight)
+
+
+def directions(system: System, along: Sequence[Direction]) -> Floats:
+    """Return directions given by names, or as they are, as rows, ``(D, n)``."""
+    if all(isinstance(one, str) for one in along):
+        return system.along(along)
+    rows = [system.direction(one) if isinstance(one, str) else np.asarray(one, dtype=float) for one in along]
+    return np.array(rows).reshape(len(rows), len(system.values))
+
+
+def flow(
+    system: System,
+    p: Floats,
+    *,
+    steps: int = 1,
+    along: Sequence[Direction] = (),
+    push: Floats = NO_PUSH,
+    record: bool = False,
+    accuracy: float = ACCURACY,
+) -> Flow:
+    """Simulate a number of steps.
+
+    A step lasts a step duration; that of an animal of which no leg goes by the clock ends at the next touch-down.
+
+    Parameters
+    ----------
+    system, p
+        The animal on its slope, and all parameters, ``(n,)``, the start among them (see `System.point`).
+    steps
+        How far.
+    along
+        Parameters to take exact derivatives by: their names (see `System.direction`), or directions, ``(n,)``.
+    push
+        ``(P, 3)``: knots of an acceleration from outside, in the kernel's units.
+    record
+        Whether to fill the tape.
+    accuracy
+        Relative accuracy of the states after a stride.
+
+    Returns
+    -------
+    Flow
+        Where steps end at touch-downs, the derivatives are those of the state at the touch-down, whose time varies.
+
+    Raises
+    ------
+    ValueError
+        For an unknown parameter.
+    IntegrationError
+        If the simulation cannot be carried to its end.
+    """
+    if not 0 <= steps <= MOST_STEPS_AT_ONCE:
+        raise ValueError(f"steps = {steps!r}: must be from 0 to {MOST_STEPS_AT_ONCE}")
+    ways, scale, rows = directions(system, along), system.error_scale(accuracy), p[None]
+    walker = system.walker(1 + len(ways), push)
+    room = 60 * steps + 60 if record else 0
+    while True:
+        tape, ends = new_tape(room, room // 2, walker), new_ends(1, steps, walker)
+        many(walker, tape, rows, ways, NO_PUSHES, float(steps), scale, False, ends)
+        status = int(ends.status[0])
+        if status != TAPE_FULL:
+            break
+        room *= 2
+    if status in REASONS:
+        time = walker.clock[TIME] * p[STEP_DURATION]
+        raise IntegrationError(f"stopped at t = {time:.6g} s: {REASONS[status]}", int(ends.evaluations[0]))
+    return Flow(system, p, ways, ends.seen[0], ends.times[0], ends.states[0], walker, tape)
+
+
+def flows(
+    system: System,
+    p: Floats,
+    *,
+    steps: int = 1,
+    along: Sequence[Direction] = (),
+    pushes: Floats = NO_PUSHES,
+    liftoffs: bool = False,
+    work: bool = False,
+    accuracy: float = ACCURACY,
+    workers: int = 1,
+) -> Ends:
+    """Simulate from many rows of parameters.
+
+    Parameters
+    ----------
+    system, steps, along, accuracy
+        See `flow`.
+    p
+        ``(N, n)``.
+    pushes
+        ``(N, P, 3)``: a push for each (see `flow`).
+    liftoffs, work
+        Whether to note lift-offs, and the work of legs in the first step.
+    workers
+        Threads; Python's lock is not held.
+
+    Returns
+    -------
+    Ends
+        What became of each; nothing is raised for those that could not be carried to their end.
+    """
+    ways, scale = directions(system, along), system.error_scale(accuracy)
+    chunks = np.array_split(np.arange(len(p)), max(1, min(workers, len(p))))
+
+    def simulate(rows: Ints) -> Ends:
+        here, push = np.ascontiguousarray(p[rows]), pushes[rows] if len(pushes) else pushes
+        walker, room = system.walker(1 + len(ways), np.zeros(pushes.shape[1:])), 30 * steps + 30
+        while True:
+            tape = new_tape(2 * room if work else 0, room if liftoffs or work else 0, walker)
+            ends = new_ends(len(rows), steps, walker, work)
+            many(walker, tape, here, ways, push, float(steps), scale, work, ends)
+            if TAPE_FULL not in ends.status:
+                return ends
+            room *= 2
+
+    if len(chunks) == 1:
+        return simulate(chunks[0])
+    with ThreadPoolExecutor(len(chunks)) as pool:
+        parts = list(pool.map(simulate, chunks))
+    return Ends(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))

@@ -1,0 +1,195 @@
+"""Many simulations in one call: a loop over rows of parameters, and what is seen at their ends, in SI units."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from legspring.kernel.jit import driver, formula
+from legspring.kernel.launch import launch
+from legspring.kernel.measure import write_work
+from legspring.kernel.pack import MASS, STEP_DURATION, pack
+from legspring.kernel.stride import LONGEST_STEP, advance, copy
+from legspring.kernel.walker import (
+    DOWN,
+    DX,
+    DY,
+    EVALUATIONS,
+    EVENT_DRIVEN,
+    HEADING,
+    LIFTOFF,
+    OK,
+    SLOWEST,
+    SPEED,
+    START_YAW,
+    START_YAW_RATE,
+    TIME,
+    TURN,
+    VX,
+    VY,
+    YAW,
+    YAW_RATE,
+    Floats,
+    Ints,
+    Tape,
+    Walker,
+    X,
+    Y,
+)
+
+DURATION = 7
+N_SEEN = 8
+"""Observables: what a start is made of, and the time since the start."""
+
+
+class Ends(NamedTuple):
+    """What became of N simulations of S steps with D directions; what has no room is not written.
+
+    Attributes
+    ----------
+    status, evaluations
+        ``(N,)``: how it went; evaluations of the equations of motion.
+    seen
+        ``(N, 8, 1 + D)``: speed, heading relative to the body, displacement over the last step (x, y), yaw, yaw rate,
+        change of yaw over the last step, and time, at the end; SI units.
+    times, states
+        ``(N, S + 1)``, ``(N, S + 1, n)``: of each start of a step, and the end; SI units. Nan where it did not get
+        that far.
+    down
+        ``(N, L)``: whether legs are down at the start (1 or 0).
+    liftoffs
+        ``(N, L, 2)``: time of the first lift-off of each leg between start and end, and the rate of its gap there; SI
+        units, nan if there is none, or no tape.
+    work
+        ``(N, L, 2)``: positive and negative work of each leg in the first step, J.
+    """
+
+    status: Ints
+    evaluations: Ints
+    seen: Floats
+    times: Floats
+    states: Floats
+    down: Floats
+    liftoffs: Floats
+    work: Floats
+
+
+def new_ends(count: int, steps: int, w: Walker, work: bool = False) -> Ends:
+    """Return room for what becomes of so many simulations."""
+    n_legs, (rows, width) = w.legs.shape[0], w.y.shape
+    return Ends(
+        np.zeros(count, np.int64),
+        np.zeros(count, np.int64),
+        np.full((count, N_SEEN, width), np.nan),
+        np.full((count, steps + 1), np.nan),
+        np.full((count, steps + 1, rows), np.nan),
+        np.zeros((count, n_legs)),
+        np.full((count, n_legs, 2), np.nan),
+        np.full((count, n_legs if work else 0, 2), np.nan),
+    )
+
+
+@formula
+def observe(w: Walker, p: Floats, along: Floats, out: Floats) -> None:
+    """Write the observables and their derivatives."""
+    y, time = w.y, p[STEP_DURATION]
+    rate, yaws = 1.0 / time, w.y.shape[0] == 6
+    vx, vy = y[VX, 0], y[VY, 0]
+    speed = math.hypot(vx, vy)
+    for d in range(y.shape[1]):
+        out[DX, d], out[DY, d] = y[X, d] - w.section[X, d], y[Y, d] - w.section[Y, d]
+        out[START_YAW, d], out[START_YAW_RATE, d], out[TURN, d] = 0.0, 0.0, 0.0
+        if yaws:
+            out[START_YAW, d], out[START_YAW_RATE, d] = y[YAW, d], y[YAW_RATE, d] * rate
+            out[TURN, d] = y[YAW, d] - w.section[YAW, d]
+    out[SPEED, 0], out[HEADING, 0], out[DURATION, 0] = speed * rate, math.atan2(-vx, vy), w.clock[TIME] * time
+    for d in range(1, y.shape[1]):
+        # The unit of time may depend on the parameters, too.
+        growth = along[d - 1, STEP_DURATION] * rate
+        out[SPEED, d] = ((vx * y[VX, d] + vy * y[VY, d]) / speed - speed * growth) * rate
+        out[HEADING, d] = (vx * y[VY, d] - vy * y[VX, d]) / speed**2
+        out[START_YAW_RATE, d] -= out[START_YAW_RATE, 0] * growth
+        out[DURATION, d] = (w.lag[d] + w.clock[TIME] * growth) * time
+    if yaws:
+        for d in range(y.shape[1]):
+            out[HEADING, d] -= y[YAW, d]
+
+
+@formula
+def note(w: Walker, time: float, step: int, times: Floats, states: Floats) -> None:
+    """Write time and state at the start of a step."""
+    if step < times.size:
+        times[step] = w.clock[TIME] * time
+        for row in range(w.y.shape[0]):
+            states[step, row] = w.y[row, 0] / time if row in (VX, VY, YAW_RATE) else w.y[row, 0]
+
+
+@formula
+def note_liftoffs(tape: Tape, time: float, end: float, out: Floats) -> None:
+    """Write the first lift-off of each leg after the start and before the end."""
+    for n in range(tape.counts[1] - 1, -1, -1):
+        event = tape.events[n]
+        if event[2] == LIFTOFF and 0.0 < event[0] < end:
+            leg = int(event[1])
+            out[leg, 0], out[leg, 1] = event[0] * time, event[4] / time
+
+
+@formula
+def take_step(w: Walker, step: int, end: float, scale: float, tape: Tape) -> int:
+    """Simulate the step of this number, counted from 1, but not beyond a time ``end``; return how it went."""
+    if step > 1:
+        copy(w.y, w.section)
+    by_clock = w.clock[EVENT_DRIVEN] == 0.0
+    latest = w.clock[TIME] + LONGEST_STEP * w.clock[SLOWEST]
+    return advance(w, min(float(step), end) if by_clock else latest, scale, tape)
+
+
+@driver
+def many(
+    w: Walker, tape: Tape, p: Floats, along: Floats, push: Floats, end: float, scale: float, work: bool, out: Ends
+) -> None:
+    """Simulate from each row of parameters, until the clock says ``end``, or for so many steps if none goes by it.
+
+    Parameters
+    ----------
+    w, tape
+        Room to work in, with what is no number (see `legspring.kernel.walker.new_walker`).
+    p, along
+        ``(N, n)``, ``(D, n)``: parameters (see `legspring.kernel.pack`), and the directions of the derivatives.
+    push
+        ``(N, P, 3)``: one for each row, or ``(0, P, 3)``: what is in the walker.
+    end
+        Step durations, or steps.
+    scale
+        Largest error estimate of an integration step, m.
+    work
+        Whether to measure the work of legs, for which the tape needs room.
+    out
+        Filled.
+    """
+    for row in range(p.shape[0]):
+        tape.counts[0] = tape.counts[1] = 0
+        w.clock[EVALUATIONS] = 0.0
+        if push.shape[0] > 0:
+            copy(push[row], w.push)
+        time, mass = p[row, STEP_DURATION], p[row, MASS]
+        pack(p[row], along, w)
+        launch(w)
+        copy(w.contacts[:, DOWN], out.down[row])
+        note(w, time, 0, out.times[row], out.states[row])
+        status, step = OK, 0
+        while status == OK and step < end:
+            step += 1
+            status = take_step(w, step, end, scale, tape)
+            if status == OK and step <= end:
+                note(w, time, step, out.times[row], out.states[row])
+        out.status[row], out.evaluations[row] = status, int(w.clock[EVALUATIONS])
+        if status != OK:
+            continue
+        observe(w, p[row], along, out.seen[row])
+        note_liftoffs(tape, time, out.times[row, step] / time, out.liftoffs[row])
+        if work:
+            write_work(tape, 0.0, out.times[row, 1] / time, w.room, out.work[row])
+            for i in range(w.legs.shape[0]):
+                for sign in range(2):
+                    out.work[row, i, sign] *= mass / time**2

@@ -1,0 +1,90 @@
+"""From a vector of parameters, in SI units, to the numbers that the kernel works on, with exact derivatives.
+
+Everything that can vary stands in the vector p: the start of a step, then the body and its surroundings, then ten
+numbers of each leg. Directions are vectors in that space. What the kernel works on are products of powers of these,
+written here once, with their derivatives beside them.
+"""
+
+import math
+
+from legspring.kernel.jit import formula
+from legspring.kernel.walker import (
+    ACTUATION,
+    DAMPING,
+    GRAVITY,
+    GYRATION,
+    N_VARIED,
+    SIDE,
+    SPEED,
+    START_YAW_RATE,
+    STIFFNESS,
+    Floats,
+    Walker,
+)
+
+# Places in p after the start's seven: the body and its surroundings.
+SLOPE, GRAVITATION, MASS, INERTIA, DESIRED_SPEED, STEP_DURATION = range(7, 13)
+FIRST_LEG = 13
+"""Place of the first leg's ten numbers, in the order of the rows of the walker's legs."""
+
+
+@formula
+def pack(p: Floats, along: Floats, w: Walker) -> None:
+    """Write the numbers of ``p``, ``(n,)``, and their derivatives along directions, ``(D, n)``, into a walker."""
+    pack_start(p, along, w)
+    pack_body(p, along, w)
+    pack_legs(p, along, w)
+
+
+@formula
+def pack_start(p: Floats, along: Floats, w: Walker) -> None:
+    """Write the start: rates per step duration."""
+    time = p[STEP_DURATION]
+    for row in range(w.start.shape[0]):
+        w.start[row, 0] = p[row]
+        for d in range(along.shape[0]):
+            w.start[row, 1 + d] = along[d, row]
+    for row in (SPEED, START_YAW_RATE):
+        w.start[row, 0] = p[row] * time
+        for d in range(along.shape[0]):
+            w.start[row, 1 + d] = along[d, row] * time + p[row] * along[d, STEP_DURATION]
+
+
+@formula
+def pack_body(p: Floats, along: Floats, w: Walker) -> None:
+    """Write gravity along the plane, g sin(slope) t^2, and m / I."""
+    g, time, sine, cosine = p[GRAVITATION], p[STEP_DURATION], math.sin(p[SLOPE]), math.cos(p[SLOPE])
+    yaws = w.y.shape[0] == 6
+    w.body[GRAVITY, 0] = g * sine * time**2
+    w.body[GYRATION, 0] = p[MASS] / p[INERTIA] if yaws else 0.0
+    for d in range(along.shape[0]):
+        change = along[d]
+        pull = change[GRAVITATION] * sine + g * cosine * change[SLOPE]
+        w.body[GRAVITY, 1 + d] = pull * time**2 + 2.0 * g * sine * time * change[STEP_DURATION]
+        by_mass = change[MASS] - w.body[GYRATION, 0] * change[INERTIA]
+        w.body[GYRATION, 1 + d] = by_mass / p[INERTIA] if yaws else 0.0
+
+
+@formula
+def pack_legs(p: Floats, along: Floats, w: Walker) -> None:
+    """Write the legs: stiffness k t^2 / m, damping c t / m, actuation with its sign, all else as it is."""
+    time, mass = p[STEP_DURATION], p[MASS]
+    for i in range(w.legs.shape[0]):
+        first = FIRST_LEG + N_VARIED * i
+        for row in range(N_VARIED):
+            w.legs[i, row, 0] = p[first + row]
+            for d in range(along.shape[0]):
+                w.legs[i, row, 1 + d] = along[d, first + row]
+        rescale(w.legs[i, STIFFNESS], time**2 / mass, 2.0, p, along)
+        rescale(w.legs[i, DAMPING], time / mass, 1.0, p, along)
+        for d in range(1 + along.shape[0]):
+            w.legs[i, ACTUATION, d] *= w.contacts[i, SIDE]
+
+
+@formula
+def rescale(jet: Floats, unit: float, power: float, p: Floats, along: Floats) -> None:
+    """Multiply a number by t^power / m, which is ``unit``."""
+    for d in range(along.shape[0]):
+        growth = power * along[d, STEP_DURATION] / p[STEP_DURATION] - along[d, MASS] / p[MASS]
+        jet[1 + d] = (jet[1 + d] + jet[0] * growth) * unit
+    jet[0] *= unit
