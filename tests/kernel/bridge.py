@@ -7,10 +7,10 @@ from typing import Any, Literal, ParamSpec, TypeVar
 import numba
 import numpy as np
 
-from legspring.kernel.run import run
-from legspring.kernel.walker import LIFTOFF, N_LEG, OK, TOUCHDOWN, Tape, Walker
-from legspring.model import cockroach
+from legspring.kernel.many import many, new_ends
+from legspring.kernel.walker import LIFTOFF, OK, TOUCHDOWN, Tape, Walker, new_tape, new_walker
 from legspring.layout import TIGHT, System
+from legspring.model import cockroach
 from tests.oracle.problem import Array, Direction, Event, Problem, Run, random_problem
 
 P = ParamSpec("P")
@@ -28,6 +28,7 @@ class Walk:
     status: int
     walker: Walker
     tape: Tape
+    states: Array
 
     @property
     def times(self) -> Array:
@@ -74,45 +75,51 @@ def simulate(
     push: Array = NO_PUSH,
 ) -> Walk:
     """Walk until a time, in step durations, with derivatives along directions."""
-    walk = attempt(problem, jets(problem, directions), end, accuracy, push)
+    walk = attempt(problem, parameters(problem, directions), end, accuracy, push)
     assert walk.status == OK
     return walk
 
 
 def attempt(
     problem: Problem,
-    numbers: Sequence[Array],
+    numbers: tuple[Array, Array],
     end: float = 2.0,
     accuracy: float = TIGHT,
     push: Array = NO_PUSH,
     room: int = 4000,
 ) -> Walk:
-    """Walk with the given body, legs and start, however it ends; `room` is what the tape has for steps and events."""
-    body, legs, start = numbers
-    rows = 4 if problem.inertia is None else 6
-    scale = error_scale(problem, accuracy)
-    answer = run(body, legs, problem.function, problem.offset, push, start, rows, end, scale, room, room)
-    return Walk(problem, *answer)
+    """Walk with the given parameters and directions, however it ends; `room` is what the tape has for steps, events."""
+    p, along = numbers
+    rows, none = 4 if problem.inertia is None else 6, np.zeros(problem.n_legs)
+    walker = new_walker(problem.function.astype(float), none, none, push, rows, 1 + len(along))
+    tape, ends = new_tape(room, room, walker), new_ends(1, int(end), walker)
+    many(walker, tape, p[None], along, np.zeros((0, 0, 3)), end, error_scale(problem, accuracy), False, ends)
+    return Walk(problem, int(ends.status[0]), walker, tape, ends.states[0])
 
 
-def jets(problem: Problem, directions: Sequence[Direction] = ()) -> list[Array]:
-    """Body, legs and start for the kernel, with their derivatives along directions (in SI units)."""
-    columns = [numbers(problem)]
-    for direction in directions:
+def parameters(problem: Problem, along: Sequence[Direction] = ()) -> tuple[Array, Array]:
+    """Parameters for the kernel, and the directions of its derivatives."""
+    rows = []
+    for direction in along:
         h: Any = np.longdouble(1e-6 * size(problem, direction))
         ahead, behind = (numbers(problem.perturbed(direction, change)) for change in (h, -h))
-        columns.append([(a - b) / (2 * h) for a, b in zip(ahead, behind, strict=True)])
-    return [np.stack(column, axis=-1).astype(float) for column in zip(*columns, strict=True)]
+        # What differs by nothing may be infinite.
+        with np.errstate(invalid="ignore"):
+            rows.append(np.where(ahead == behind, 0.0, (ahead - behind) / (2 * h)))
+    p = numbers(problem).astype(float)
+    return p, np.array(rows, dtype=float).reshape(len(along), len(p))
 
 
-def numbers(problem: Problem) -> list[Array]:
-    """Body, legs and start in the kernel's units and the problem's precision."""
-    p, t = problem, problem.t_des
-    body = np.array([p.gravity * np.sin(p.slope) * t**2, 0.0 if p.inertia is None else p.mass / p.inertia])
-    rules = np.zeros((N_LEG - 7, p.n_legs))
-    legs = np.stack([*p.hip.T, p.stiffness * t**2 / p.mass, p.length, p.ldev, p.phase, p.angle, *rules], axis=1)
+def numbers(problem: Problem) -> Array:
+    """Parameters for the kernel in the problem's precision."""
+    p, none = problem, np.zeros(problem.n_legs)
     turn = 2 * p.yaw if p.turn is None else p.turn
-    return [body, legs, np.array([p.speed * t, p.heading, *p.displacement, p.yaw, p.yaw_rate * t, turn])]
+    inertia = np.inf if p.inertia is None else p.inertia
+    start = [p.speed, p.heading, *p.displacement, p.yaw, p.yaw_rate, turn]
+    rest = [p.slope, p.gravity, p.mass, inertia, p.v_des, p.t_des]
+    amplitude = p.ldev * p.function
+    legs = np.stack([*p.hip.T, p.stiffness, p.length, amplitude, p.phase, p.angle, none, none, p.offset], axis=1)
+    return np.concatenate([np.array(start), np.array(rest), legs.ravel()])
 
 
 def size(problem: Problem, direction: Direction) -> float:
@@ -123,7 +130,7 @@ def size(problem: Problem, direction: Direction) -> float:
 def error_scale(problem: Problem, accuracy: float) -> float:
     """Largest error of an integrator step, m, that `System` would choose for an animal of this size."""
     longest = max(leg.length for leg in cockroach().legs)
-    return System(cockroach(), 0.0, (1, 1, 1)).error_scale(accuracy) * max(problem.length) / longest
+    return System(cockroach(), 0.0, "A").error_scale(accuracy) * max(problem.length) / longest
 
 
 def units(problem: Problem) -> Array:

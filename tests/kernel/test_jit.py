@@ -10,11 +10,12 @@ import legspring
 
 CODE = """
 import numpy as np
-from legspring.kernel import launch, run, walker
-legs = np.zeros((1, walker.N_LEG, 1))
-legs[0, :7, 0] = 0, 0, 1, 0.03, 0.01, 1.0, 0
-start = np.full((launch.N_START, 1), 0.1)
-w = run.run(np.zeros((2, 1)), legs, -np.ones(1), np.zeros(1), np.zeros((0, 3)), start, 4, 0.0, 1.0, 0, 0)[1]
+from legspring.kernel import many, walker
+none = np.zeros(1)
+w = walker.new_walker(-np.ones(1), none, none, np.zeros((0, 3)), 4, 1)
+p = np.array([*[0.1] * 7, 0, 9.81, 1, 1, 0.1, 1, 0, 0, 1, 0.03, 0.01, 1.0, 0, 0, 0, 0])
+tape, ends = walker.new_tape(0, 0, w), many.new_ends(1, 0, w)
+many.many(w, tape, p[None], np.zeros((0, len(p))), np.zeros((0, 0, 3)), 0.0, 1.0, False, ends)
 print(w.stance[0, walker.FOOT_Y, 0])
 """
 

@@ -1,32 +1,39 @@
 """Every rule of touch-down and lift-off, damper and length law, against the oracle: states, events, derivatives."""
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 
+from legspring.kernel.many import many, new_ends
 from legspring.kernel.measure import leg_work
-from legspring.kernel.run import run
+from legspring.kernel.pack import FIRST_LEG, GRAVITATION, INERTIA
 from legspring.kernel.walker import (
+    ACTUATION,
     DAMPING,
-    FORMULA,
     LIFTOFF,
-    N_LEG,
+    N_VARIED,
     NO_TOUCHDOWN,
+    OFFSET,
     OK,
+    STAY,
     TIME,
-    TRIGGER,
     VX,
     VY,
     YAW_RATE,
     Y,
+    new_tape,
+    new_walker,
 )
 from legspring.kernel.written import address
 from tests.oracle import heyoka_rules
 from tests.oracle.heyoka_rules import Law, Walker, sinusoid
 
 ACCURACY = 1e-14
+KINDS = ("hip_x", "hip_y", "stiffness", "length", "ldev", "phase", "angle", "damping", "trigger", "stay")
+"""Numbers of a leg, as the oracle has them."""
 SINUSOID = "l0 - ldev*sin(pi*t + phi)"
 Direction = tuple[str, Any]
 
@@ -59,6 +66,9 @@ class Case:
         all_legs = self.walker.legs
         legs: list[Direction] = [("legs", (row % len(all_legs), row)) for row in range(8)]
         legs = [(which, index) for which, index in legs if index[1] != DAMPING or all_legs[index] > 0.0]
+        # Where stances last whole steps, the order of events changes.
+        stays = np.flatnonzero(all_legs[:, KINDS.index("stay")] % 1.0)
+        legs += [("legs", (leg, KINDS.index("stay"))) for leg in stays]
         yaw: list[Direction] = [("start", 4), ("start", 5), ("body", 1)] if self.walker.yaws else []
         return [("start", 0), ("start", 1), ("body", 0), *yaw, *legs, *self.along]
 
@@ -188,18 +198,42 @@ each = pytest.mark.parametrize("name", CASES)
 def simulate(
     walker: Walker, steps: int, along: list[Direction], text: str | None = None, accuracy: float = ACCURACY
 ) -> Any:
-    """Let the kernel do it: status, walker, tape."""
-    width, text = 1 + len(along), text or LAWS[walker.law]
-    body, start = np.zeros((2, width)), np.zeros((7, width))
-    legs = np.zeros((len(walker.legs), N_LEG, width))
-    body[:, 0], legs[:, :FORMULA, 0], start[:, 0] = walker.body, walker.legs, walker.start
-    legs[:, FORMULA, 0] = address(text)
-    arrays = {"body": body, "legs": legs, "start": start}
-    for d, (which, index) in enumerate(along, start=1):
-        arrays[which][index][d] = 1.0
-    rows, push = 6 if walker.yaws else 4, np.zeros((0, 3))
-    scale = 0.4 * accuracy
-    return run(body, legs, walker.side, walker.offset, push, start, rows, float(steps), scale, 3000, 200)
+    """Let the kernel do it: status, walker, tape, and states at the starts of steps. Its unit of time is 1 s."""
+    p = parameters(walker)
+    directions = np.array([direction(walker, which, index) for which, index in along]).reshape(len(along), len(p))
+    laws = np.full(len(walker.legs), address(text or LAWS[walker.law]))
+    rows = 6 if walker.yaws else 4
+    w = new_walker(walker.side, walker.legs[:, KINDS.index("trigger")], laws, np.zeros((0, 3)), rows, 1 + len(along))
+    tape, ends = new_tape(3000, 200, w), new_ends(1, steps, w)
+    many(w, tape, p[None], directions, np.zeros((0, 0, 3)), float(steps), 0.4 * accuracy, False, ends)
+    return int(ends.status[0]), w, tape, ends.states[0]
+
+
+def parameters(walker: Walker) -> Any:
+    """The kernel's parameters: of a body of mass 1 on a wall."""
+    gravity, mobility = walker.body
+    rest = [np.pi / 2, gravity, 1.0, 1.0 / mobility if walker.yaws else np.inf, 1.0, 1.0]
+    legs = np.zeros((len(walker.legs), N_VARIED))
+    legs[:, : DAMPING + 1], legs[:, STAY] = walker.legs[:, : DAMPING + 1], walker.legs[:, KINDS.index("stay")]
+    legs[:, ACTUATION] *= walker.side
+    legs[:, OFFSET] = walker.offset
+    return np.concatenate([walker.start, rest, legs.ravel()])
+
+
+def direction(walker: Walker, which: str, index: Any) -> Any:
+    """The direction in the space of the kernel's parameters of a number of the oracle's."""
+    unit = np.zeros(len(parameters(walker)))
+    if which == "start":
+        unit[index] = 1.0
+    elif which == "body":
+        unit[GRAVITATION if index == 0 else INERTIA] = 1.0 if index == 0 else -1.0 / walker.body[1] ** 2
+    elif which == "offset":
+        unit[FIRST_LEG + N_VARIED * index + OFFSET] = 1.0
+    else:
+        leg, row = index
+        row = STAY if row == KINDS.index("stay") else row
+        unit[FIRST_LEG + N_VARIED * leg + row] = walker.side[leg] if row == ACTUATION else 1.0
+    return unit
 
 
 def events(tape: Any) -> list[tuple[float, int, str]]:
@@ -211,7 +245,7 @@ def events(tape: Any) -> list[tuple[float, int, str]]:
 @each
 def test_states_and_events(name: str) -> None:
     expected = heyoka_rules.simulate(CASES[name].walker, CASES[name].steps)
-    status, walker, tape = simulate(CASES[name].walker, CASES[name].steps, [])
+    status, walker, tape, states = simulate(CASES[name].walker, CASES[name].steps, [])
     assert status == OK
     found = events(tape)
     assert sorted(event[1:] for event in found) == sorted(expected.sequence)
@@ -219,14 +253,14 @@ def test_states_and_events(name: str) -> None:
     times = [sorted(event[0] for event in what) for what in (found, expected.events)]
     np.testing.assert_allclose(times[0], times[1], rtol=0, atol=1e-11)
     rows = len(walker.y)
-    np.testing.assert_allclose(tape.touchdowns, expected.states[:, :rows], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(states, expected.states[:, :rows], rtol=0, atol=1e-11)
     assert walker.clock[TIME] == pytest.approx(expected.times[-1], abs=1e-11)
 
 
 @each
 def test_derivatives(name: str) -> None:
     case = CASES[name]
-    _, walker, _ = simulate(case.walker, case.steps, case.directions)
+    _, walker, _, _ = simulate(case.walker, case.steps, case.directions)
     for d, (which, index) in enumerate(case.directions, start=1):
         expected, error = heyoka_rules.central_derivative(case.walker, which, index, case.steps, 2e-4)
         size = max(1.0, float(np.max(np.abs(expected[:-1]))))
@@ -234,11 +268,38 @@ def test_derivatives(name: str) -> None:
         np.testing.assert_allclose(walker.y[:, d], expected[: len(walker.y)], rtol=0, atol=1e-8 * size)
 
 
+def by_clock(walker: Walker) -> list[int]:
+    """Legs that the clock puts down, but for those that it lifts when a step ends: they are up when the next begins."""
+    down, stay = walker.legs[:, KINDS.index("trigger")], walker.legs[:, KINDS.index("stay")]
+    return np.flatnonzero((down == 0.0) & (stay != 1.0)).tolist()
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if by_clock(CASES[name].walker)])
+def test_derivatives_by_the_times_of_touch_downs(name: str) -> None:
+    """They are those of later ones: a step ends before the touch-down that begins the next one."""
+    case, h = CASES[name], 3e-5
+    walker = case.walker
+    for leg in by_clock(walker):
+        _, w, *_ = simulate(walker, case.steps, [("offset", leg)])
+        states = [heyoka_rules.simulate(walker, case.steps).states[-1]]
+        # A foot of two steps ago is up by then.
+        up = [leg] if walker.offset[leg] == 0.0 else []
+        later = [walker.perturbed("offset", leg, h / 2**n) for n in range(5)]
+        slopes = [
+            (heyoka_rules.simulate(other, case.steps, up).states[-1] - states[0]) / (h / 2**n)
+            for n, other in enumerate(later)
+        ]
+        for order in range(1, 5):
+            slopes = [b + (b - a) / (2**order - 1) for a, b in pairwise(slopes)]
+        size = max(1.0, float(np.max(np.abs(slopes[0]))))
+        np.testing.assert_allclose(w.y[:, 1], slopes[0][: len(w.y)], rtol=0, atol=3e-8 * size)
+
+
 @pytest.mark.parametrize("name", [name for name in CASES if CASES[name].walker.law is sinusoid])
 def test_the_sinusoid_as_a_formula(name: str) -> None:
     case = CASES[name]
-    _, plain, tape = simulate(case.walker, case.steps, case.directions)
-    _, walker, written = simulate(case.walker, case.steps, case.directions, SINUSOID)
+    _, plain, tape, _ = simulate(case.walker, case.steps, case.directions)
+    _, walker, written, _ = simulate(case.walker, case.steps, case.directions, SINUSOID)
     assert events(tape) == [(pytest.approx(t, abs=1e-12), *rest) for t, *rest in events(written)]
     size = np.max(np.abs(plain.y))
     np.testing.assert_allclose(walker.y, plain.y, rtol=0, atol=1e-11 * size)
@@ -248,10 +309,9 @@ def test_the_sinusoid_as_a_formula(name: str) -> None:
 def test_passive_legs_keep_energy(name: str) -> None:
     """At each of their touch-downs no leg is loaded."""
     case = CASES[name]
-    status, _, tape = simulate(case.walker, case.steps, [])
+    status, _, _, states = simulate(case.walker, case.steps, [])
     assert status == OK
     gravity, mobility = case.walker.body
-    states = tape.touchdowns
     energy = (states[:, VX] ** 2 + states[:, VY] ** 2) / 2 + gravity * states[:, Y]
     if case.walker.yaws:
         energy += states[:, YAW_RATE] ** 2 / mobility / 2
@@ -261,8 +321,8 @@ def test_passive_legs_keep_energy(name: str) -> None:
 def test_a_damper_takes_what_a_leg_does_not_give() -> None:
     """Work of the leg, that of its spring and damper together, is the change of the energy, and a loss."""
     walker = CASES["damped hopper"].walker
-    _, _, tape = simulate(walker, 2, [])
-    states, times = tape.touchdowns, [0.0, *(t for t, _, kind in events(tape) if kind == "touchdown")]
+    _, _, tape, states = simulate(walker, 2, [])
+    times = [0.0, *(t for t, _, kind in events(tape) if kind == "touchdown")]
     energy = (states[:, VX] ** 2 + states[:, VY] ** 2) / 2 + walker.body[0] * states[:, Y]
     for step in range(2):
         work = np.sum(leg_work(tape, times[step], times[step + 1]))
@@ -293,8 +353,8 @@ def test_two_steps_are_one_after_the_other() -> None:
 
 def test_a_body_that_flies_off() -> None:
     walker = replace(CASES["runner"].walker, start=np.array([0.5, np.pi, 0, 0, 0, 0, 0.0]))
-    walker.legs[:, TRIGGER] = -1.0
-    status, _, _ = simulate(replace(walker, body=np.array([-1.0, 40.0])), 5, [])
+    walker.legs[:, KINDS.index("trigger")] = -1.0
+    status, *_ = simulate(replace(walker, body=np.array([-1.0, 40.0])), 5, [])
     assert status == NO_TOUCHDOWN
 
 
@@ -305,7 +365,7 @@ def test_feet_that_come_down_together() -> None:
     legs[:, 2] /= 2.0
     double = replace(single, legs=legs, side=np.full(2, -1.0), offset=np.zeros(2))
     along: list[Direction] = [("start", 0), ("start", 1), ("body", 0)]
-    _, one, _ = simulate(single, 2, along)
-    _, two, tape = simulate(double, 2, along)
+    _, one, *_ = simulate(single, 2, along)
+    _, two, tape, _ = simulate(double, 2, along)
     assert [event[1:] for event in events(tape)][2:4] == [(0, "touchdown"), (1, "touchdown")]
     np.testing.assert_allclose(two.y, one.y, rtol=0, atol=1e-11)

@@ -14,8 +14,9 @@ import legspring.kernel
 CODE = """
 import random, signal, time
 import legspring as ls
-from legspring.returnmap import flow
-from legspring.solve import Problem
+from legspring.flow import flow
+from legspring.problem import tuned
+from legspring.solve import solve, starts_for
 
 class Alarm(Exception):
     pass
@@ -24,9 +25,9 @@ def ring(*_):
     raise Alarm
 
 def work():
-    flow(gait.system, gait.phase, gait.start, steps=2, record=True)
-    problem = Problem(gait.animal, gait.slope, gait.heading, gait.family)
-    problem.solve(problem.starts(1), 1e-8, 1e-7)
+    flow(gait.system, gait.point, steps=2, record=True)
+    problem = tuned(gait.animal, gait.slope, gait.heading, gait.family)
+    solve(problem, starts_for(problem, 1), 1e-8, 1e-7)
 
 gait = ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
 work()

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from legspring.kernel.measure import largest_force, leg_work
+from legspring.kernel.pack import FIRST_LEG
 from legspring.kernel.walker import (
     EVENT_LOST,
-    FORMULA,
-    N_LEG,
+    N_VARIED,
     NO_TOUCHDOWN,
     OK,
     STEP_TOO_SMALL,
@@ -132,10 +132,10 @@ def test_random_problems_at_the_default_accuracy(make: Callable[[int], Problem])
 
 def test_states_at_touch_downs_are_the_same_without_a_tape() -> None:
     problem = rigid_body(0)
-    walk, tapeless = simulate(problem, 3.0), attempt(problem, bridge.jets(problem), 3.0, room=0)
+    walk, tapeless = simulate(problem, 3.0), attempt(problem, bridge.parameters(problem), 3.0, room=0)
     expected = [walk.state(float(step)) for step in range(4)]
-    for tape in (walk.tape, tapeless.tape):
-        np.testing.assert_array_equal(tape.touchdowns * bridge.units(problem), expected)
+    for states in (walk.states, tapeless.states):
+        np.testing.assert_allclose(states, expected, rtol=1e-15, atol=0)
     assert tapeless.tape.counts.tolist() == [0, 0]
 
 
@@ -276,18 +276,15 @@ ODD = (0.0, -1.0, 1e-12, 1e6, 1e100, 1e300, np.inf, np.nan)
 def test_odd_input_ends_with_a_status(make: Callable[[int], Problem], value: float) -> None:
     """Whatever the numbers are, the kernel stops, and says so unless the states are finite."""
     problem = make(1)
-    given = bridge.jets(problem)
-    places = [(array, index) for array in range(3) for index in np.ndindex(given[array].shape)]
-    places += [(1, (slice(None), row, 0)) for row in range(N_LEG)]
-    # What is no address of a function cannot be called.
-    places = [(array, index) for array, index in places if array != 1 or index[1] != FORMULA]
-    for array, index in places:
-        changed = [numbers.copy() for numbers in given]
-        changed[array][index] = value
-        walk = attempt(problem, changed, accuracy=ACCURACY)
+    p, along = bridge.parameters(problem)
+    places: list[int | slice] = [*range(len(p)), *(slice(FIRST_LEG + row, None, N_VARIED) for row in range(N_VARIED))]
+    for place in places:
+        changed = p.copy()
+        changed[place] = value
+        walk = attempt(problem, (changed, along), accuracy=ACCURACY)
         assert walk.status in (OK, STEP_TOO_SMALL, TOO_MANY_STEPS, EVENT_LOST, NO_TOUCHDOWN)
         assert walk.status != OK or np.all(np.isfinite(walk.walker.y))
 
 
 def test_a_tape_that_is_full() -> None:
-    assert attempt(point_mass(0), bridge.jets(point_mass(0)), room=3).status == TAPE_FULL
+    assert attempt(point_mass(0), bridge.parameters(point_mass(0)), room=3).status == TAPE_FULL

@@ -80,6 +80,7 @@ def set_motion(w: Walker) -> None:
             w.y[YAW, d] = start[START_YAW, d]
             w.y[YAW_RATE, d] = start[START_YAW_RATE, d]
     copy(w.y, w.section)
+    clear(w.late)
 
 
 @formula

@@ -235,15 +235,25 @@ def moves(i: int, w: Walker) -> bool:
     return total > 0.0
 
 
+@formula
+def add_to_late(sign: float, w: Walker) -> None:
+    """Add the derivatives of the state, or take them away."""
+    for row in range(w.y.shape[0]):
+        for d in range(1, w.y.shape[1]):
+            w.late[row, d] += sign * w.y[row, d]
+
+
 @jit
 def put_down_late(s: float, i: int, w: Walker) -> None:
-    """Put leg i down by the clock at a time s that moves."""
+    """Put leg i down by the clock at a time s that moves, and remember what that does to the derivatives."""
     refresh(s, w)
+    add_to_late(-1.0, w)
     slide_derivatives(w.legs[i, OFFSET], 1.0, w)
     put_down(s, w.y, w.legs, i, w.stance, w.contacts)
     delay_law(w.stance, i, w.legs[i, OFFSET])
     refresh(s, w)
     slide_derivatives(w.legs[i, OFFSET], -1.0, w)
+    add_to_late(1.0, w)
 
 
 @formula
@@ -420,7 +430,10 @@ def accept(s: float, h: float, shift: float, w: Walker) -> float:
 
 @formula
 def resume(w: Walker) -> None:
-    """Take the derivatives back to a fixed time, if they are those at the end of a step that moves."""
+    """Take the derivatives to where the motion goes on: at a fixed time, after touch-downs that end a step."""
+    for row in range(w.y.shape[0]):
+        for d in range(1, w.y.shape[1]):
+            w.y[row, d] += w.late[row, d]
     if w.clock[EVENT_DRIVEN] != 0.0 and w.clock[TIME] > 0.0:
         slide_derivatives(w.lag, -1.0, w)
         for d in range(w.lag.size):
@@ -484,6 +497,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     while True:
         if s >= bound:
             s = bound
+            clear(w.late)
             ends = go_by_clock(s, w, tape)
             set_push(s, w.push, w.clock)
             refresh(s, w)
@@ -522,6 +536,10 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     w.clock[TIME] = s
     if w.clock[EVENT_DRIVEN] != 0.0:
         slide_derivatives(w.lag, 1.0, w)
+    # A step ends before the touch-downs that begin the next one.
+    for row in range(w.y.shape[0]):
+        for d in range(1, w.y.shape[1]):
+            w.y[row, d] -= w.late[row, d]
     if tape.size.size > 0:
         tape.time[tape.counts[0]] = s
         copy(w.y, tape.y[tape.counts[0]])

@@ -98,8 +98,9 @@ class Walker(NamedTuple):
         hip seen from the centre of mass (x, y), gap, and stiffness across and, less that across, along the leg.
     ground, delay, lag
         ``(C,)``: height of the ground, and derivatives of the times of an event and of the end of the last step.
-    section
-        ``(n, C)``: state at the start of the last step.
+    section, late
+        ``(n, C)``: state at the start of the last step; what the touch-downs at its end, if their times move, do to the
+        derivatives.
     flat_y, flat_k, flat_ahead
         The same memory as ``y``, ``k`` and ``ahead``, with the last two axes made one.
     """
@@ -122,6 +123,7 @@ class Walker(NamedTuple):
     delay: Floats
     lag: Floats
     section: Floats
+    late: Floats
     flat_y: Floats
     flat_k: Floats
     flat_ahead: Floats
@@ -182,6 +184,7 @@ def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: i
         np.zeros(width),
         np.zeros(width),
         np.zeros(width),
+        np.zeros((rows, width)),
         np.zeros((rows, width)),
         y.reshape(-1),
         k.reshape(16, -1),
