@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
     from legspring.sweep import atlas as atlas
+    from legspring.varied import parameters as parameters
 
 _HOMES = {
     "Animal": "model",
@@ -33,6 +34,7 @@ _HOMES = {
     "find_gaits": "solve",
     "load_animal": "model",
     "optimal_atlas": "optima",
+    "parameters": "varied",
     "optimize": "optimisation",
     "presets": "model",
     "search_gaits": "solve",

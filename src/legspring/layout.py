@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -83,15 +82,6 @@ def trigger(leg: Leg, names: Sequence[str]) -> float:
     if leg.follows is not None:
         return names.index(leg.follows) + 1.0
     return float(GROUND if leg.touchdown == "ground" else CLOCK)
-
-
-class Parameter(NamedTuple):
-    """Something that can vary: its name, value (nan where it is not given, but found or chosen), unit and meaning."""
-
-    name: str
-    value: float
-    unit: str
-    words: str
 
 
 @dataclass(frozen=True)
@@ -400,9 +390,9 @@ class System:
         return signs
 
     def _valid_names(self) -> list[str]:
-        return [*(name for name in PLACES if self._has(name)), "slope_deg", *(f"F.{name}" for name in LEG)]
+        return [*(name for name in PLACES if self.has(name)), "slope_deg", *(f"F.{name}" for name in LEG)]
 
-    def _has(self, name: str) -> bool:
+    def has(self, name: str) -> bool:
         """Whether a parameter that is none of a leg has a meaning."""
         memory = name in ("Dx", "Dy", "turn")
         yaw = name in ("yaw", "yaw_rate", "turn", "inertia")

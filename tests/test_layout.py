@@ -1,0 +1,241 @@
+"""Every parameter of every preset: its name, its place, and exact derivatives against differences of the oracle."""
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import legspring as ls
+from legspring import Animal, ModelError, load_animal
+from legspring.flow import flow
+from legspring.layout import BODY, START, System
+from tests.oracle import heyoka_rules
+
+SLOPES = {"cockroach": 45.0, "cockroach_rigid": 30.0, "single_leg": 45.0}
+STEPS = {"hexapod": 2e-5}
+"""Of differences, relative to a parameter's size: a leg of the hexapod lifts off just after a step's end."""
+PRESETS = ls.presets()
+Array = Any
+
+
+def gait_of(name: str) -> ls.Gait:
+    """Return a preset's first gait."""
+    animal = load_animal(name)
+    heading = 0.15 if animal.tuned else None
+    slope_deg = SLOPES.get(name, animal.speed_law.domain_deg[0])
+    return ls.find_gaits(animal, slope_deg=slope_deg, heading=heading, starts=16)[0]
+
+
+def oracle_end(animal: Animal, slope: float, gait: ls.Gait, start: dict[str, float], phase: dict[str, float]) -> Array:
+    """Simulate a stride with other numbers by Taylor series: x, y, vx, vy, yaw, yaw rate and time at its end, in SI."""
+    law, mass = animal.speed_law, animal.body.mass
+    time = animal.step_law(law.level + math.degrees(slope) / 90.0 * (law.vertical - law.level))
+    side = {pair: -1.0 if pair in animal.families[gait.family] else 1.0 for pair in animal.pairs}
+    names = [leg.name for leg in animal.legs]
+    rows = []
+    for leg in animal.legs:
+        trigger = -1.0 if leg.touchdown == "ground" else 0.0
+        trigger = names.index(leg.follows) + 1.0 if leg.follows else trigger
+        numbers = [
+            leg.stiffness * time**2 / mass,
+            leg.length,
+            side[leg.pair] * leg.actuation,
+            phase[leg.name],
+            leg.angle,
+        ]
+        rows.append([*leg.hip, *numbers, leg.damping * time / mass, trigger, leg.stance or 0.0])
+    yaws = animal.body.yaw == "free"
+    body = np.array([animal.gravity * np.sin(slope) * time**2, mass / animal.body.inertia if yaws else 0.0])
+    numbers = [start[name] * (time if name in ("speed", "yaw_rate") else 1.0) for name in START]
+    signs, offsets = [side[leg.pair] for leg in animal.legs], [leg.offset for leg in animal.legs]
+    walker = heyoka_rules.Walker(body, np.array(rows), np.array(signs), np.array(offsets), np.array(numbers), yaws)
+    # What is put down a little later than a step begins was up before.
+    up = [i for i, leg in enumerate(animal.legs) if leg.touchdown == "clock" and 0.0 < leg.offset < 0.5]
+    walk = heyoka_rules.simulate(walker, gait.system.steps_per_stride, up)
+    x, y, vx, vy, yaw, rate = walk.states[-1]
+    return np.array([x, y, vx / time, vy / time, yaw, rate / time, walk.times[-1] * time])
+
+
+def end_of(gait: ls.Gait) -> Callable[[str, float], Array]:
+    """Return the end of a stride as a function of the change of a parameter, made by the animal's own means."""
+    system, p = gait.system, gait.point
+    legs = [leg.name for leg in gait.animal.legs]
+    phases = {name: float(p[system.place(i, "phase")]) for i, name in enumerate(legs)}
+    starts = dict(zip(START, p.tolist(), strict=False))
+    given = gait.animal.replace(**{f"{name}.actuation": p[system.place(i, "actuation")] for i, name in enumerate(legs)})
+
+    def end(name: str, change: float) -> Array:
+        animal, slope, start, phase = given, gait.slope, dict(starts), dict(phases)
+        if name in START:
+            start[name] += change
+        elif name == "slope":
+            slope += change
+        elif name in BODY:
+            here = system.values[system.along([name]).nonzero()[1][0]]
+            animal = animal.replace(**{name: here + change})
+        elif name.endswith(".phase"):
+            for leg in animal.legs_named(name[: -len(".phase")]):
+                phase[legs[leg]] += change
+        else:
+            owner, _, quantity = name.rpartition(".")
+            first = min(animal.legs_named(owner), key=lambda i: animal.legs[i].offset)
+            animal = animal.replace(**{name: system.values[system.place(first, quantity)] + change})
+        return oracle_end(animal, slope, gait, start, phase)
+
+    return end
+
+
+def scale_of(system: System, name: str) -> float:
+    """A natural size of a parameter."""
+    length, duration = max(leg.length for leg in system.animal.legs), system.step_duration
+    quantity = name.rpartition(".")[2]
+    sizes = {"speed": system.desired_speed, "yaw_rate": 1.0 / duration, "damping": system.animal.body.mass / duration}
+    sizes |= dict.fromkeys(("Dx", "Dy", "hip_x", "hip_y", "actuation"), length)
+    if quantity in sizes or quantity in ("heading", "yaw", "turn", "slope", "phase", "angle", "offset", "stance"):
+        return sizes.get(quantity, 1.0)
+    return abs(float(system.values[system.direction(name).nonzero()[0][0]]))
+
+
+def difference(end: Callable[[float], Array], h: float, side: int) -> Array:
+    """Extrapolated differences, central or to one side."""
+    if side:
+        rows = [(end(side * h / 2**n) - end(0.0)) / (side * h / 2**n) for n in range(5)]
+        for order in range(1, 5):
+            rows = [b + (b - a) / (2**order - 1) for a, b in pairwise(rows)]
+    else:
+        rows = [(end(h / 2**n) - end(-h / 2**n)) / (2.0 * h / 2**n) for n in range(4)]
+        for order in range(1, 4):
+            rows = [b + (b - a) / (4**order - 1) for a, b in pairwise(rows)]
+    return rows[0]
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_exact_derivatives_along_every_parameter(preset: str) -> None:
+    gait = gait_of(preset)
+    system, names, end = gait.system, [p.name for p in ls.parameters(gait.animal, slope=gait.slope)], end_of(gait)
+    names = [name for name in names if name != "slope_deg" and not (name == "slope" and system.animal.sagittal)]
+    assert {"speed", "heading", "mass", "gravity", "step_duration"} <= set(names)
+    run = flow(system, gait.point, steps=system.steps_per_stride, along=names, accuracy=1e-14)
+    found = np.vstack([np.pad(run.state, ((0, 6 - system.rows), (0, 0))), run.seen[7:8]])
+    home = end("speed", 0.0)
+    length, speed, duration = max(leg.length for leg in gait.animal.legs), gait.speed, run.times[-1]
+    units = np.array([length, length, speed, speed, 1.0, 1.0 / duration, duration])
+    np.testing.assert_allclose(found[:, 0] / units, home / units, rtol=0, atol=1e-11)
+    for column, name in enumerate(names, start=1):
+        quantity, scale = name.rpartition(".")[2], scale_of(system, name)
+        side = {"offset": 1, "stance": -1}.get(quantity, 0)
+        if quantity in ("damping", "actuation") and not any(getattr(leg, quantity) for leg in gait.animal.legs):
+            # There is none that could become less.
+            side = 1
+        expected = (
+            difference(lambda change, name=name, scale=scale: end(name, change * scale), STEPS.get(preset, 1e-4), side)
+            / units
+        )
+        exact = found[:, column] * scale / units
+        tolerance = 1e-8 * max(1.0, np.max(np.abs(expected)))
+        np.testing.assert_allclose(exact, expected, rtol=0, atol=tolerance, err_msg=f"{preset}: {name}")
+
+
+def test_a_list_of_what_can_vary(roach: Animal) -> None:
+    found = {p.name: p for p in ls.parameters(roach, slope_deg=60, family="A")}
+    assert found["mass"][1:3] == (2.5e-3, "kg")
+    assert found["slope"].value == pytest.approx(math.radians(60)) and found["slope_deg"].value == pytest.approx(60)
+    assert found["desired_speed"].value == pytest.approx(0.25)
+    assert found["step_duration"].value == roach.step_duration(math.radians(60))
+    assert found["M.angle"].value == pytest.approx(math.radians(-55))
+    assert found["ML.angle"].value == pytest.approx(math.radians(55))
+    assert found["MR.offset"].value == 0.0 and found["ML.offset"].value == 1.0
+    # Phases are found, and the start is what a gait has.
+    assert all(math.isnan(found[name].value) for name in ("F.phase", "BR.phase", "speed", "Dy"))
+    assert not {"yaw", "turn", "inertia", "F.stance"} & set(found)
+    assert all(p.unit and p.words for p in found.values())
+
+
+def test_names_of_pairs_and_legs() -> None:
+    single = load_animal("single_leg")
+    assert {p.name for p in ls.parameters(single, slope_deg=45)} >= {"speed", f"{single.pairs[0]}.stiffness"}
+    # A pair and a leg of one name are the same where the pair has one leg; else the name has two readings.
+    leg = single.legs[0].model_copy(update={"name": "L", "pair": "L", "offset": 0.0})
+    alone = single.replace(legs=[leg], families={"P": ("L",)})
+    assert alone.legs_named("L") == (0,)
+    names = [leg.model_copy(update={"name": {"FL": "F"}.get(leg.name, leg.name)}) for leg in ls.cockroach().legs]
+    twofold = ls.cockroach().replace(legs=names)
+    with pytest.raises(ModelError, match="'F' is both the pair of legs F, FR and the leg F"):
+        twofold.replace(**{"F.stiffness": 1.0})
+    with pytest.raises(ValueError, match="'F' is both the pair"):
+        System(twofold, 0.5, "A").direction("F.stiffness")
+
+
+def test_directions_of_all_legs_need_legs_that_are_alike(roach: Animal) -> None:
+    system = System(roach, 0.5, "A")
+    all_legs = system.direction("stiffness")
+    pairs = sum(system.direction(f"{pair}.stiffness") for pair in roach.pairs)
+    legs = sum(system.direction(f"{leg.name}.stiffness") for leg in roach.legs)
+    np.testing.assert_array_equal(all_legs, pairs)
+    np.testing.assert_array_equal(all_legs, legs)
+    # Angles are mirrored.
+    angle = system.direction("F.angle")
+    assert angle[system.place(0, "angle")] == 1.0 and angle[system.place(3, "angle")] == -1.0
+    with pytest.raises(ValueError, match=r"length.*must be that of one pair or leg, such as F\.length"):
+        system.direction("length")
+    for name in ("colour", "F.colour", "X.length", "FL", ""):
+        with pytest.raises(ValueError):
+            system.direction(name)
+
+
+def test_the_slope_moves_what_the_laws_say(roach: Animal) -> None:
+    h = 1e-6
+    for slope in (0.5, 1.0):
+        ahead, behind = (System(roach, slope + change, "A") for change in (h, -h))
+        direction = System(roach, slope, "A").direction("slope")
+        difference = (ahead.values - behind.values) / (2.0 * h)
+        # Where the feet of the step before are is given by a start.
+        np.testing.assert_allclose(direction[7:], difference[7:], rtol=1e-7, atol=1e-9)
+        assert np.all(direction[:7] == 0.0)
+        assert System(roach, slope, "A").one_sided("slope") is None
+    pinned = System(roach, 0.5, "A").direction("slope", pinned=("desired_speed",))
+    assert np.count_nonzero(pinned) == 1
+    constant = System(roach.replace(step_duration=0.05), 0.5, "A").direction("slope_deg")
+    assert np.count_nonzero(constant) == 2
+    assert constant[7] == pytest.approx(math.pi / 180)
+
+
+def test_derivatives_at_the_kink_of_the_step_law_are_one_sided(roach: Animal) -> None:
+    """On level ground the desired speed is the one from which the frequency is constant."""
+    system, h = System(roach, 0.0, "A"), 1e-7
+    uphill = (System(roach, h, "A").values - system.values)[12] / h
+    assert system.direction("slope")[12] == pytest.approx(uphill, rel=1e-5)
+    assert system.direction("desired_speed")[12] == 0.0
+    assert "kink at 0.35 m/s" in str(system.one_sided("slope"))
+    words = {p.name: p.words for p in ls.parameters(roach, slope_deg=0)}
+    assert "kink" in words["slope_deg"] and "kink" in words["desired_speed"] and "kink" not in words["mass"]
+    assert "later" in words["F.offset"]
+
+
+def test_any_number_of_an_animal_may_be_replaced(roach: Animal) -> None:
+    changed = roach.replace(**{"FL.stiffness": 0.75, "M.angle": -1.0, "B.hip_x": 0.001, "F.offset": 0.1, "mass": 3e-3})
+    assert [leg.stiffness for leg in changed.legs] == [0.75, 1.5, 1.5, 1.5, 1.5, 1.5]
+    assert [leg.angle for leg in changed.legs if leg.pair == "M"] == [-1.0, 1.0]
+    assert [leg.hip for leg in changed.legs if leg.pair == "B"] == [(0.001, 0.0), (-0.001, 0.0)]
+    assert [leg.offset for leg in changed.legs if leg.pair == "F"] == [0.1, 1.1]
+    assert changed.body.mass == 3e-3
+    assert roach.mirrored and not changed.mirrored and changed.odd_pair == "F"
+    fast = roach.replace(desired_speed=0.3, step_duration=0.04)
+    assert (fast.desired_speed(0.5), fast.step_duration(0.5)) == (0.3, 0.04)
+    for name, value in (("FL.colour", 1.0), ("X.angle", 1.0), ("FL.stiffness", -1.0), ("FL.stiffness", "soft")):
+        with pytest.raises(ModelError):
+            roach.replace(**{name: value})
+    with pytest.raises(ModelError, match="both given"):
+        roach.replace(desired_speed=0.3, speed_law=0.3)
+
+
+def test_a_limping_animal_is_simulated_but_its_gaits_are_not_looked_for(roach: Animal) -> None:
+    limping = roach.replace(**{"FL.stiffness": 0.75})
+    start = {"slope_deg": 45, "heading": 0.15, "speed": 0.27, "phase": (-0.05, 0.55, -0.67), "family": "B"}
+    one, other = (ls.simulate(animal, **start)["position"].values[-1] for animal in (roach, limping))
+    assert np.max(np.abs(one - other)) > 1e-4
+    with pytest.raises(ValueError, match=r"pair 'F' .*mirror images"):
+        ls.find_gaits(limping, slope_deg=45, heading=0.15)
