@@ -15,7 +15,7 @@ from legspring.layout import BODY, START, System
 from tests.oracle import heyoka_rules
 
 SLOPES = {"cockroach": 45.0, "cockroach_rigid": 30.0, "single_leg": 45.0}
-FASTER = {"hexapod": 1.05}
+FASTER = {"hexapod": 1.1}
 """Of the gait of the hexapod one leg lifts off right when a step ends: a faster start keeps these apart."""
 PRESETS = ls.presets()
 Array = Any
@@ -102,8 +102,8 @@ def scale_of(system: System, name: str) -> float:
 def difference(end: Callable[[float], Array], h: float, side: int) -> Array:
     """Extrapolated differences, central or to one side."""
     if side:
-        rows = [(end(side * h / 2**n) - end(0.0)) / (side * h / 2**n) for n in range(5)]
-        for order in range(1, 5):
+        rows = [(end(side * h / 2**n) - end(0.0)) / (side * h / 2**n) for n in range(4)]
+        for order in range(1, 4):
             rows = [b + (b - a) / (2**order - 1) for a, b in pairwise(rows)]
     else:
         rows = [(end(h / 2**n) - end(-h / 2**n)) / (2.0 * h / 2**n) for n in range(4)]
@@ -133,7 +133,7 @@ def test_exact_derivatives_along_every_parameter(preset: str) -> None:
             # There is none that could become less.
             side = 1
         # Old feet are on the point of leaving, too.
-        h = 2e-5 if preset in FASTER and not side else 1e-4
+        h = 8e-6 if side else 2e-5 if preset in FASTER else 1e-4
         expected = difference(lambda change, name=name, scale=scale: end(name, change * scale), h, side) / units
         exact = found[:, column] * scale / units
         tolerance = 1e-8 * max(1.0, np.max(np.abs(expected)))
