@@ -12,7 +12,7 @@ import legspring as ls
 from legspring import Animal, ModelError, load_animal
 from legspring.flow import flow
 from legspring.layout import BODY, START, System
-from tests.oracle import heyoka_rules
+from tests.oracle.animals import states_of
 
 SLOPES = {"cockroach": 45.0, "cockroach_rigid": 30.0, "single_leg": 45.0}
 FASTER = {"hexapod": 1.1}
@@ -27,36 +27,6 @@ def gait_of(name: str) -> ls.Gait:
     heading = 0.15 if animal.tuned else None
     slope_deg = SLOPES.get(name, animal.speed_law.domain_deg[0])
     return ls.find_gaits(animal, slope_deg=slope_deg, heading=heading, starts=16)[0]
-
-
-def oracle_end(animal: Animal, slope: float, gait: ls.Gait, start: dict[str, float], phase: dict[str, float]) -> Array:
-    """Simulate a stride with other numbers by Taylor series: x, y, vx, vy, yaw, yaw rate and time at its end, in SI."""
-    law, mass = animal.speed_law, animal.body.mass
-    time = animal.step_law(law.level + math.degrees(slope) / 90.0 * (law.vertical - law.level))
-    side = {pair: -1.0 if pair in animal.families[gait.family] else 1.0 for pair in animal.pairs}
-    names = [leg.name for leg in animal.legs]
-    rows = []
-    for leg in animal.legs:
-        trigger = -1.0 if leg.touchdown == "ground" else 0.0
-        trigger = names.index(leg.follows) + 1.0 if leg.follows else trigger
-        numbers = [
-            leg.stiffness * time**2 / mass,
-            leg.length,
-            side[leg.pair] * leg.actuation,
-            phase[leg.name],
-            leg.angle,
-        ]
-        rows.append([*leg.hip, *numbers, leg.damping * time / mass, trigger, leg.stance or 0.0])
-    yaws = animal.body.yaw == "free"
-    body = np.array([animal.gravity * np.sin(slope) * time**2, mass / animal.body.inertia if yaws else 0.0])
-    numbers = [start[name] * (time if name in ("speed", "yaw_rate") else 1.0) for name in START]
-    signs, offsets = [side[leg.pair] for leg in animal.legs], [leg.offset for leg in animal.legs]
-    walker = heyoka_rules.Walker(body, np.array(rows), np.array(signs), np.array(offsets), np.array(numbers), yaws)
-    # What is put down a little later than a step begins was up before.
-    up = [i for i, leg in enumerate(animal.legs) if leg.touchdown == "clock" and 0.0 < leg.offset < 0.5]
-    walk = heyoka_rules.simulate(walker, gait.system.steps_per_stride, up)
-    x, y, vx, vy, yaw, rate = walk.states[-1]
-    return np.array([x, y, vx / time, vy / time, yaw, rate / time, walk.times[-1] * time])
 
 
 def end_of(gait: ls.Gait, p: Array) -> Callable[[str, float], Array]:
@@ -83,7 +53,7 @@ def end_of(gait: ls.Gait, p: Array) -> Callable[[str, float], Array]:
             owner, _, quantity = name.rpartition(".")
             first = min(animal.legs_named(owner), key=lambda i: animal.legs[i].offset)
             animal = animal.replace(**{name: system.values[system.place(first, quantity)] + change})
-        return oracle_end(animal, slope, gait, start, phase)
+        return states_of(animal, slope, gait.family, start, phase, gait.system.steps_per_stride)[-1]
 
     return end
 

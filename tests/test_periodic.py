@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait, find_gaits, load_animal, search_gaits, simulate
-from legspring.periodic import PeriodicProblem
+from legspring.problem import periodic
 
 COSINE = math.cos(math.radians(10.0))
 
@@ -128,8 +128,8 @@ def test_a_hip_at_the_centre_of_mass_is_the_point_mass() -> None:
     rigid, point = load_animal("lateral_leg_spring").replace(hip=(0.0, 0.0)), load_animal("lateral_leg_spring_point")
     (one,) = find_gaits(point)
     # The body, which nothing turns, may be turned and turning already: that it does not is one case of many.
-    problem = PeriodicProblem(rigid, 0.0, "P")
-    assert problem.free == ["heading"]
+    problem = periodic(rigid, 0.0, "P")
+    assert problem.unknowns == ("heading",)
     (gait,) = find_gaits(rigid)
     assert (gait.yaw, gait.yaw_rate) == (0.0, 0.0)
     assert gait.heading == pytest.approx(one.heading, abs=1e-10)
@@ -171,8 +171,8 @@ def test_gaits_are_fixed_points_and_say_so(name: str) -> None:
     assert gaits
     for gait in gaits:
         assert gait.residual < 1e-10 and gait.drift < 1e-7
-        problem = PeriodicProblem(gait.animal, gait.slope, gait.family)
-        assert np.max(np.abs(problem.residual(problem.unknowns(gait), 1e-13)[0])) < 1e-9
+        problem = periodic(gait.animal, gait.slope, gait.family)
+        assert np.max(np.abs(problem.residual(problem.z_of(gait), accuracy=1e-13)[0])) < 1e-9
         run = gait.simulate(strides=2)
         velocity = run["velocity"].values
         assert np.hypot(*velocity[-1]) == pytest.approx(gait.speed, rel=1e-6)
@@ -182,13 +182,13 @@ def test_gaits_are_fixed_points_and_say_so(name: str) -> None:
 @pytest.mark.parametrize("name", TEMPLATES)
 def test_multipliers_are_those_of_finite_differences(name: str) -> None:
     animal, slope_deg = template(name)
-    problem = PeriodicProblem(animal, math.radians(slope_deg), next(iter(animal.families)))
+    problem = periodic(animal, math.radians(slope_deg), next(iter(animal.families)))
     gait = find_gaits(animal, slope_deg=slope_deg)[0]
-    z, h = problem.unknowns(gait), 1e-6
-    _, exact = problem.residual(z, 1e-13)
-    for column, step in enumerate(h * np.eye(problem.size)):
-        ahead, behind = (problem.residual(z + change, 1e-13)[0] for change in (step, -step))
-        assert exact[:, column] == pytest.approx((ahead - behind) / (2.0 * h), rel=1e-5, abs=2e-6)
+    z, h = problem.z_of(gait), 1e-6
+    exact = problem.residual(z, accuracy=1e-13)[1][0]
+    steps = h * np.eye(problem.size)
+    ahead, behind = (problem.residual(z + sign * steps, accuracy=1e-13)[0] for sign in (1.0, -1.0))
+    assert exact == pytest.approx((ahead - behind).T / (2.0 * h), rel=1e-5, abs=2e-6)
 
 
 def test_gaits_scale_with_size() -> None:

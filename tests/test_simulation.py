@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import legspring as ls
-from legspring.returnmap import IntegrationError
+from legspring.flow import IntegrationError
 from tests.conftest import Cells, read_reference
 
 

@@ -2,6 +2,8 @@
 
 import math
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,8 +11,10 @@ import pytest
 
 from legspring import Animal, find_gaits, load_animal, search_gaits
 from legspring.gait import Gait, Invalid
+from legspring.layout import TIGHT
+from legspring.problem import GaitProblem, Symmetry, problem_for, tuned
 from legspring.returnmap import complete_map
-from legspring.solve import Ending, Problem, hindmost, number_branches
+from legspring.solve import Ending, hindmost, number_branches, solve, sort, starts_for, zeros
 from tests.conftest import Cells, read_reference
 
 
@@ -137,15 +141,15 @@ def test_a_light_animal_is_no_accident(roach: Animal) -> None:
     search = search_gaits(roach.replace(mass=1e-5), slope_deg=20, heading=0.3)
     reasons = {rejection.reason for rejection in search.rejections}
     assert reasons and Invalid.NOT_SIMULATED not in reasons
-    assert max(rejection.solution.tape.counts[0] for rejection in search.rejections) > 180
+    assert max(rejection.solution.stride.tape.counts[0] for rejection in search.rejections) > 180
     assert [gait.speed for gait in search.gaits] == pytest.approx([0.4842678], abs=1e-6)
 
 
 def test_solutions_that_prove_to_be_one_count_once(roach: Animal, thesis_map: Cells) -> None:
     gait = thesis_map[45, 0.15][0]
-    problem = Problem(roach, gait.slope, gait.heading, gait.family)
-    z = problem.unknowns(gait)
-    gaits, rejections = problem.sort(np.array([z, z + 1e-4, z + 2.0 * math.pi * np.array([0, 1, 0, -1])]))
+    problem = tuned(roach, gait.slope, gait.heading, gait.family)
+    z = problem.z_of(gait)
+    gaits, rejections = sort(problem, np.array([z, z + 1e-4, z + 2.0 * math.pi * np.array([0, 1, 0, -1])]))
     assert (len(gaits), len(rejections)) == (1, 0)
 
 
@@ -155,11 +159,8 @@ def test_a_rigid_body_runs_too(rigid_map: Cells) -> None:
     for gait in gaits:
         assert gait.residual < 1e-10 and gait.drift < 1e-7
         assert gait.invalid() is None
-        state, jacobian = complete_map(gait.system, gait.phase, gait.start)
-        t_des = gait.system.step_duration
-        speed, length = gait.speed * t_des, gait.system.step_length
-        home = [speed, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate * t_des, 2.0 * gait.yaw]
-        assert state == pytest.approx(home, abs=1e-9)
+        state, jacobian = complete_map(gait.system, gait.point)
+        assert state == pytest.approx(gait.point[:7], rel=1e-8, abs=1e-9)
         assert jacobian.shape == (7, 7)
 
 
@@ -193,20 +194,108 @@ def test_a_body_that_does_not_yaw_says_so(thesis_map: Cells) -> None:
 
 def test_derivatives_of_the_conditions(thesis_map: Cells, rigid_map: Cells) -> None:
     for gait in (thesis_map[60, 0.15][0], rigid_map[60, 0.15][0]):
-        problem = Problem(gait.animal, gait.slope, gait.heading, gait.family)
-        z = problem.unknowns(gait)
-        residual, jacobian = problem.conditions(z)
-        assert np.max(np.abs(residual)) < 1e-10
-        assert jacobian.shape == (problem.size, problem.size)
-        for column, step in enumerate(1e-5 * np.eye(problem.size)):
-            change = (problem.conditions(z + step)[0] - problem.conditions(z - step)[0]) / 2e-5
-            assert jacobian[:, column] == pytest.approx(change, abs=1e-7)
+        problem = tuned(gait.animal, gait.slope, gait.heading, gait.family)
+        z = problem.z_of(gait)
+        values, by = problem.residual(z, accuracy=TIGHT)
+        assert np.max(np.abs(values)) < 1e-10
+        assert by.shape == (1, problem.size, problem.size)
+        steps = 1e-5 * np.eye(problem.size)
+        ahead, behind = (problem.residual(z + sign * steps, accuracy=TIGHT)[0] for sign in (1.0, -1.0))
+        assert by[0] == pytest.approx((ahead - behind).T / 2e-5, abs=1e-7)
+
+
+def test_derivatives_of_the_conditions_along_the_slope(thesis_map: Cells) -> None:
+    """Desired speed, step duration and where the old feet are move with it: as if the animal stood on another slope."""
+    gait, h = thesis_map[60, 0.15][0], 1e-5
+    problem = tuned(gait.animal, gait.slope, gait.heading, gait.family)
+    along = ("slope", "mass", "M.stiffness", "F.offset")
+    z = problem.z_of(gait)
+    exact = problem.residual(z, along, accuracy=TIGHT)[1][0, :, problem.size :]
+    units = problem.task.along[0, 0]  # the unknown speed is counted in desired ones, which change
+
+    def residual(slope: float, **changes: float) -> np.ndarray:
+        other = tuned(gait.animal.replace(**changes), slope, gait.heading, gait.family)
+        here = z * np.where(np.arange(problem.size) == 0, units / other.task.along[0, 0], 1.0)
+        scales = np.array([other.unit(name) / problem.unit(name) for name in problem.conditions])
+        return other.residual(here, accuracy=TIGHT)[0][0] * scales
+
+    differences = [
+        (residual(gait.slope + h) - residual(gait.slope - h)) / (2.0 * h),
+        *(
+            (residual(gait.slope, **{name: here + step}) - residual(gait.slope, **{name: here - step})) / (2.0 * step)
+            for name, here, step in (("mass", 2.5e-3, 1e-7), ("M.stiffness", 1.5, 1e-4))
+        ),
+    ]
+    for column, difference in enumerate(differences):
+        size = np.max(np.abs(difference))
+        assert exact[:, column] == pytest.approx(difference, rel=1e-6, abs=1e-6 * size)
+
+
+def test_a_problem_counts_unknowns_and_conditions(roach: Animal) -> None:
+    system = tuned(roach, 0.5, 0.15, "B").system
+    phases = ("F.phase", "M.phase", "B.phase")
+    whole = GaitProblem(system, phases, {"heading": 0.15, "mean_speed": "desired_speed", "lateral_drift": 0.0})
+    assert whole.unknowns == ("speed", *phases) and whole.conditions == ("speed", "heading", "Dx", "Dy")
+    with pytest.raises(ValueError, match=r"3 unknowns \(speed, F.phase, M.phase\) for 4 conditions .* 1 more free"):
+        GaitProblem(system, phases[:2], whole.given)
+    with pytest.raises(ValueError, match=r"5 unknowns .* given mean_speed = desired_speed, .* must have 1 more given"):
+        GaitProblem(system, phases, {"mean_speed": "desired_speed", "lateral_drift": 0.0})
+    with pytest.raises(ValueError, match=r"given = 'colour': must be one of speed, heading, Dx, Dy, mean_speed"):
+        GaitProblem(system, phases, {"colour": 1.0})
+    with pytest.raises(ValueError, match="free = 'slope': must be a parameter to which"):
+        GaitProblem(system, ("slope", *phases), whole.given)
+    with pytest.raises(ValueError, match=r"'X': must be a pair \(F, M, B\) or a leg"):
+        GaitProblem(system, ("X.phase", *phases[1:]), whole.given)
+
+
+def test_other_parameters_may_be_free(roach: Animal, thesis_map: Cells) -> None:
+    """The gait at a heading, once its phases are given, is that of the stiffnesses that are found."""
+    gait = thesis_map[60, 0.15][0]
+    given = gait.animal.replace(phase=gait.phase)
+    problem = GaitProblem(
+        replace(gait.system, animal=given),
+        ("F.stiffness", "M.stiffness", "B.stiffness"),
+        {"heading": gait.heading, "mean_speed": "desired_speed", "lateral_drift": 0.0},
+    )
+    start = problem.z_of(gait) * 1.02
+    found = solve(problem, start, TIGHT, 1e-12)
+    other = problem.gait(found.z[0])
+    assert [leg.stiffness for leg in other.animal.legs] == pytest.approx([1.5] * 6, rel=1e-8)
+    assert other.speed == pytest.approx(gait.speed, rel=1e-9)
+
+
+def test_a_given_mean_speed_is_kept(roach: Animal) -> None:
+    """Another speed than the desired one, with the same step duration."""
+    system = tuned(roach, math.radians(45), 0.15, "B").system
+    phases = ("F.phase", "M.phase", "B.phase")
+    faster = GaitProblem(system, phases, {"heading": 0.15, "mean_speed": 0.28, "lateral_drift": 0.0})
+    gaits, _ = sort(faster, zeros(faster, starts_for(faster, 32))[0])
+    assert gaits
+    for gait in gaits:
+        run = gait.simulate(strides=1)
+        assert run["position"].values[-1, 1] / run["time"].values[-1] == pytest.approx(0.28, rel=1e-9)
+
+
+def test_two_threads_may_use_one_problem(roach: Animal) -> None:
+    problem = tuned(roach, math.radians(45), 0.15, "B")
+    starts = starts_for(problem, 32)
+    expected = solve(problem, starts, 1e-8, 1e-7).z
+    with ThreadPoolExecutor(4) as pool:
+        for found in pool.map(lambda _: solve(problem, starts, 1e-8, 1e-7).z, range(16)):
+            np.testing.assert_array_equal(found, expected)
+
+
+def test_a_problem_elsewhere(roach: Animal) -> None:
+    here = tuned(roach, 0.5, 0.15, "B")
+    assert here.at(slope=0.6, heading=0.2) == tuned(roach, 0.6, 0.2, "B")
+    assert here.symmetry == Symmetry(1, True)
+    assert problem_for(roach, 0.5, 0.15, "B", None) == here
 
 
 def test_phases_of_gaits_lie_in_the_box_searched(thesis_map: Cells, rigid_map: Cells) -> None:
     for (slope, heading), gaits in [*thesis_map.items(), *rigid_map.items()]:
         for gait in gaits:
-            problem = Problem(gait.animal, math.radians(slope), heading, gait.family, None)
+            problem = tuned(gait.animal, math.radians(slope), heading, gait.family)
             assert np.all(np.abs(gait.phase) <= problem.phase_range())
 
 

@@ -8,9 +8,9 @@ import pytest
 from legspring import Animal, Gait, search_gaits
 from legspring.gait import Invalid
 from legspring.kernel.walker import Floats
+from legspring.layout import TIGHT
 from legspring.measures.stability import multipliers
 from legspring.returnmap import complete_map, reduced_map
-from legspring.layout import TIGHT
 from legspring.trial import GOAL, Trial
 from tests.conftest import Cells
 

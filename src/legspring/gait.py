@@ -16,7 +16,7 @@ from legspring.layout import TIGHT, System
 from legspring.measures.cost import transport_cost, work_of_legs
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.robustness import Recovery, recover, recovery_steps
-from legspring.measures.stability import largest_magnitude, multipliers
+from legspring.measures.stability import eigenvalues, largest_magnitude
 from legspring.model import Animal
 from legspring.repetition import departure
 from legspring.returnmap import complete_map, reduced_map
@@ -210,8 +210,17 @@ class Gait:
 
         What is `conserved` shows as a multiplier of 1.
         """
-        jacobian = complete_map(self.system, self.point, accuracy=TIGHT)[1]
-        return multipliers(jacobian, self.system.mirrored)
+        return self.half_multipliers ** (2 if self.system.mirrored else 1)
+
+    @cached_property
+    def half_multipliers(self) -> NDArray[np.complex128]:
+        """Multipliers of the step that mirrors itself, half of a stride, in the order of `multipliers`.
+
+        Those of a stride are their squares, of which 1 may be two things: +1, a fold or a crossing of families (passive
+        ones: gaits that are tuned have other folds), or what is conserved; -1, where steps to the left and to the right
+        begin to differ. Where steps are all alike, they are `multipliers`.
+        """
+        return eigenvalues(complete_map(self.system, self.point, accuracy=TIGHT)[1])
 
     @property
     def conserved(self) -> tuple[str, ...]:

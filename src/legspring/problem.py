@@ -29,7 +29,7 @@ SLOWEST, FASTEST = 0.2, 5.0
 ANGLES = ("heading", "yaw")
 """What is the same after a whole turn."""
 RANGES = {
-    "speed": (0.5, 1.5),
+    "speed": (0.3, 3.0),
     "heading": (-1.0, 1.0),
     "Dx": (-0.5, 0.5),
     "Dy": (0.5, 1.5),

@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import MOST_STARTS, checked_whole
-from legspring.flow import NO_PUSH
+from legspring.flow import NO_PUSH, flows
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
-from legspring.kernel.walker import Floats
+from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, TIGHT, slope_for
 from legspring.model import Animal
 from legspring.problem import GaitProblem, problem_for
@@ -36,6 +36,8 @@ STARTS = 96
 ROUGH_ACCURACY, ROUGH_GOAL = 1e-8, 1e-7
 GOAL = 1e-12
 MOST_ITERATIONS = 40
+MOST_TRIED = 4
+"""Points tried for each start."""
 AT_ONCE = 8
 """Starts between two looks at the effort so far."""
 MOST_EFFORT = 100_000_000
@@ -185,9 +187,16 @@ def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, ba
 
 
 def starts_for(problem: GaitProblem, count: int) -> Floats:
-    """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all."""
+    """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all.
+
+    Of an animal whose steps end at touch-downs, those come first from which there is a step to be simulated.
+    """
     box = problem.box()
-    return np.zeros((0, problem.size)) if box is None else spread(count, *box)
+    if box is None or not problem.system.event_driven:
+        return np.zeros((0, problem.size)) if box is None else spread(count, *box)
+    points = spread(MOST_TRIED * count, *box)
+    usable = flows(problem.system, problem.points(points), accuracy=ROUGH_ACCURACY).status == OK
+    return points[np.argsort(~usable, kind="stable")][:count]
 
 
 def zeros(

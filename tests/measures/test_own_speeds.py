@@ -8,7 +8,6 @@ import pytest
 import legspring as ls
 from legspring import Animal, Gait, load_animal
 from legspring.model import ModelError
-from legspring.returnmap import step_ends
 
 OWN = [name for name in ls.presets() if not load_animal(name).tuned]
 each = pytest.mark.parametrize("name", OWN)
@@ -27,22 +26,23 @@ def first_gait(name: str) -> Gait:
 @each
 def test_a_stride_ends_as_it_began(name: str) -> None:
     gait = first_gait(name)
-    states = gait.tape.touchdowns
+    states = gait.stride.states
     assert len(states) == 1 + gait.system.steps_per_stride
-    scale = gait.system.step_length
+    scale = gait.system.desired_speed
     np.testing.assert_allclose(states[-1, 2:4], states[0, 2:4], rtol=0, atol=1e-9 * scale)
-    np.testing.assert_allclose(states[-1, 4:], states[0, 4:], rtol=0, atol=1e-9)
-    ends = step_ends(gait.system, gait.tape)
+    np.testing.assert_allclose(states[-1, 4:5], states[0, 4:5], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(states[-1, 5:], states[0, 5:], rtol=0, atol=1e-8)
+    ends, tape = gait.stride.step_ends, gait.stride.tape
     duration = gait.step_duration / gait.system.step_duration
     assert ends == pytest.approx(duration * np.arange(len(states)), abs=1e-9)
-    assert ends[-1] == gait.tape.time[gait.tape.counts[0]]
+    assert ends[-1] == pytest.approx(tape.time[tape.counts[0]], rel=1e-15)
 
 
 @each
 def test_energy_over_a_step(name: str) -> None:
     """The body's kinetic energy returns: what legs do is the weight lifted."""
     gait = first_gait(name)
-    lifted = gait.tape.touchdowns[1, 1] * math.sin(gait.slope) / gait.distance
+    lifted = gait.stride.states[1, 1] * math.sin(gait.slope) / gait.distance
     assert np.sum(gait.work) == pytest.approx(lifted, abs=1e-8)
     assert gait.transport_cost >= lifted - 1e-8
 
@@ -135,8 +135,8 @@ def driven() -> Gait:
 
 
 def test_legs_with_a_clock_keep_their_unit_of_time(driven: Gait) -> None:
-    states, ends = driven.tape.touchdowns, step_ends(driven.system, driven.tape)
-    np.testing.assert_allclose(states[2, 2:], states[0, 2:], rtol=0, atol=1e-9)
+    states, ends = driven.stride.states, driven.stride.step_ends
+    np.testing.assert_allclose(states[2, 2:5], states[0, 2:5], rtol=0, atol=1e-9)
     assert driven.animal.step_law.duration == load_animal("lateral_leg_spring").step_law.duration
     assert ends[2] == pytest.approx(2.0 * ends[1]) and abs(ends[1] - 1.0) > 1e-3
     assert driven.mean_speed == pytest.approx(driven.distance / (ends[1] * driven.system.step_duration))

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from legspring import cockroach
-from legspring.kernel.walker import X
-from legspring.measures.robustness import push_knots, recover, settled_elsewhere, steps_to_recover
-from legspring.returnmap import NO_PUSH, flow
+from legspring.flow import NO_PUSH, flow
 from legspring.layout import System
+from legspring.measures.robustness import push_knots, recover, settled_elsewhere, steps_to_recover
 from tests.conftest import Cells, read_reference
 
 
@@ -47,7 +46,7 @@ def test_a_push_to_the_right_moves_right(thesis_map: Cells) -> None:
     gait = thesis_map[45, 0.15][0]
     for impulse in (0.3, -0.3):
         push = push_knots(gait.system, impulse)
-        pushed, calm = (flow(gait.system, gait.phase, gait.start, push=knots)[0].y[X, 0] for knots in (push, NO_PUSH))
+        pushed, calm = (flow(gait.system, gait.point, push=knots).state[0, 0] for knots in (push, NO_PUSH))
         assert (pushed - calm) * impulse > 0.0
 
 
@@ -58,8 +57,9 @@ def test_the_slowest_recovery(thesis_map: Cells) -> None:
 
 
 def test_a_push_that_breaks_the_simulation_says_so(thesis_map: Cells) -> None:
-    stiff = System(cockroach().replace(stiffness=1e15), 0.0, (-1, -1, -1))
-    recovery = recover(stiff, (0.3, 0.3, -0.3), thesis_map[45, 0.15][0].start, 0.5)
+    stiff = System(cockroach().replace(stiffness=1e15), 0.0, "A")
+    start = thesis_map[45, 0.15][0]
+    recovery = recover(stiff, stiff.point((0.3, 0.3, -0.3), speed=start.speed, heading=start.heading), 0.5)
     assert not recovery.recovered
     assert recovery.failure is not None
 
@@ -77,3 +77,11 @@ def test_rules_of_recovery() -> None:
 def test_bad_impulse(thesis_map: Cells) -> None:
     with pytest.raises(ValueError, match="impulse = nan"):
         thesis_map[45, 0.15][0].recover(float("nan"))
+
+
+def test_steps_of_many_pushes_are_those_of_each(thesis_map: Cells) -> None:
+    for cell in ((0, 0.40), (15, 0.15), (75, 0.45)):
+        for gait in thesis_map[cell]:
+            impulses = (-0.8, -0.1, 0.4, 2.0)
+            expected = [np.nan if (steps := gait.recover(one).steps) is None else steps for one in impulses]
+            np.testing.assert_array_equal(gait.recovery_steps(impulses), expected)

@@ -203,6 +203,15 @@ def evaluate(w: Walker, task: Task, base: Floats, z: Floats, steps: int, scale: 
 
 
 @formula
+def is_inside(task: Task, z: Floats) -> bool:
+    """Whether unknowns are in their range."""
+    inside = True
+    for e in range(z.size):
+        inside &= task.low[e] < z[e] < task.high[e]
+    return inside
+
+
+@formula
 def find_zero(
     w: Walker,
     task: Task,
@@ -223,7 +232,8 @@ def find_zero(
     best, damping = math.inf, FIRST_DAMPING
     copy(z, room.trial)
     for iteration in range(1, iterations + 1):
-        total = evaluate(w, task, base, room.trial, steps, scale, room)
+        inside = is_inside(task, room.trial)
+        total = evaluate(w, task, base, room.trial, steps, scale, room) if inside else math.inf
         if total < best:
             copy(room.trial, z)
             copy(room.residual, room.best_residual)
@@ -240,11 +250,9 @@ def find_zero(
             damping = max(5.0 * damping, 1e-6)
         solved, damping = damped_move(room.best_jacobian, room.best_residual, damping, room.square, room.move)
         if not solved or damping > MOST_DAMPING:
-            return STALLED, iteration
+            return STALLED if inside else OUT_OF_RANGE, iteration
         for e in range(z.size):
             room.trial[e] = z[e] + room.move[e]
-            if not task.low[e] < room.trial[e] < task.high[e]:
-                return OUT_OF_RANGE, iteration
     return OUT_OF_STEPS, iterations
 
 

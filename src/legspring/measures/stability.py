@@ -21,7 +21,12 @@ def multipliers(step_jacobian: NDArray[np.float64], mirrored: bool = True) -> ND
     ndarray
         ``(n,)``, dimensionless.
     """
-    values = np.linalg.eigvals(step_jacobian).astype(complex) ** (2 if mirrored else 1)
+    return eigenvalues(step_jacobian) ** (2 if mirrored else 1)
+
+
+def eigenvalues(jacobian: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Eigenvalues of a Jacobian, ``(n,)``, largest first."""
+    values = np.linalg.eigvals(jacobian).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 
