@@ -23,12 +23,13 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from benchmarks.searches import Floats, Solve, difference, solver, unknowns
 from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
+from legspring.kernel.walker import Floats
 from legspring.model import cockroach
+from legspring.problem import GaitProblem, tuned
 from legspring.progress import progress_bar
-from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, Problem, search_gaits
+from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, search_gaits, solve, sort
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
 Place = tuple[int, int]
@@ -42,13 +43,24 @@ SAME_ZERO, SAME_GAIT = 1e-4, 1e-6
 """Differences (speeds in units of v_des, phases in rad) below which two solutions are one: rough, and fine."""
 
 
+def unknowns(gait: Gait) -> Floats:
+    """Return a gait as a solution: speed in units of v_des, phases."""
+    return np.array([gait.speed / gait.system.desired_speed, *gait.phase])
+
+
+def difference(a: Floats, b: Floats) -> float:
+    """Largest difference of two solutions, the phases' modulo 2 pi."""
+    gap = a - b
+    gap[1:] = (gap[1:] + np.pi) % (2.0 * np.pi) - np.pi
+    return float(np.max(np.abs(gap)))
+
+
 @dataclass
 class Cell:
     """One family at one point of the grid: what random starts led to, and how often."""
 
     place: Place
-    problem: Problem
-    solve: Solve
+    problem: GaitProblem
     zeros: list[Floats] = field(default_factory=list)
     hits: list[int] = field(default_factory=list)
     gaits: list[Gait | None] = field(default_factory=list)
@@ -58,12 +70,11 @@ class Cell:
 
     def search(self, starts: Floats) -> None:
         """Search from each start by itself."""
-        z = starts.copy()
-        endings, steps = self.solve(z)
-        for solution in z[endings == CONVERGED]:
+        found = solve(self.problem, starts, ROUGH_ACCURACY, ROUGH_GOAL)
+        for solution in found.z[found.endings == CONVERGED]:
             self.count(solution)
         self.starts += len(starts)
-        self.steps += steps
+        self.steps += found.steps
 
     def count(self, z: Floats) -> None:
         """Note a solution."""
@@ -77,7 +88,7 @@ class Cell:
     def sort(self) -> None:
         """Tell gaits from solutions that are none."""
         for z in self.zeros:
-            gaits, rejections = self.problem.sort(z[None])
+            gaits, rejections = sort(self.problem, z[None])
             self.gaits.append(gaits[0] if gaits else None)
             self.rejected.update(str(rejection.reason) for rejection in rejections)
             if not gaits and not rejections:
@@ -102,9 +113,8 @@ def search_everywhere(count: int, seed: int, workers: int) -> list[Cell]:
     animal = cockroach()
     cells = []
     for family, row, column in product(animal.families, range(len(SLOPES_DEG)), range(len(HEADINGS))):
-        problem = Problem(animal, float(np.radians(SLOPES_DEG[row])), HEADINGS[column], family, None)
-        solve = solver(problem.system, problem.heading, ROUGH_ACCURACY, ROUGH_GOAL)
-        cells.append(Cell((row, column), problem, solve))
+        problem = tuned(animal, float(np.radians(SLOPES_DEG[row])), HEADINGS[column], family)
+        cells.append(Cell((row, column), problem))
 
     def work(number: int) -> None:
         starts = random_starts(count, (seed, number))

@@ -7,12 +7,13 @@ from statistics import median
 import numpy as np
 
 from benchmarks.figures import Figure, together
-from benchmarks.searches import Floats, Solve, difference, solver, unknowns
 from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
-from legspring.model import cockroach
+from legspring.kernel.walker import Floats
 from legspring.layout import ACCURACY
-from legspring.solve import GOAL, Problem
+from legspring.model import cockroach
+from legspring.problem import GaitProblem, tuned
+from legspring.solve import GOAL, solve, sort, zeros
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
 SAME = 1e-6
@@ -30,17 +31,16 @@ def measure(quick: bool) -> list[Figure]:
                 near = [other for other in found.get(beside, ()) if (other.family, other.branch) == identity(gait)]
                 if not near:
                     continue
-                begin, solve = unknowns(near[0])[None], solver(gait.system, gait.heading, ACCURACY, GOAL)
-                z = begin.copy()
-                endings, taken = solve(z)
+                problem = tuned(animal, gait.slope, gait.heading, gait.family)
+                begin = problem.z_of(near[0])[None]
+                solved = solve(problem, begin, ACCURACY, GOAL)
                 pairs += 1
-                if endings[0] != CONVERGED or difference(z[0], unknowns(gait)) > SAME:
+                if solved.endings[0] != CONVERGED or difference(problem, solved.z[0], problem.z_of(gait)) > SAME:
                     continue
                 there += 1
-                steps.append(taken)
-                problem = Problem(animal, gait.slope, gait.heading, gait.family, None)
+                steps.append(solved.steps)
                 works: dict[str, Callable[[], object]] = {
-                    "solve": partial(solve_again, solve, begin),
+                    "solve": partial(solve, problem, begin, ACCURACY, GOAL),
                     "gait": partial(whole_gait, problem, begin),
                 }
                 for name, time in together(works, 3).items():
@@ -62,11 +62,11 @@ def identity(gait: Gait) -> tuple[str, int]:
     return gait.family, gait.branch
 
 
-def solve_again(solve: Solve, begin: Floats) -> None:
-    """Solve from a start that is kept."""
-    solve(begin.copy())
+def difference(problem: GaitProblem, a: Floats, b: Floats) -> float:
+    """Largest difference of two solutions, angles modulo 2 pi."""
+    return float(np.max(np.abs(problem.wrapped(a - b))))
 
 
-def whole_gait(problem: Problem, begin: Floats) -> None:
+def whole_gait(problem: GaitProblem, begin: Floats) -> None:
     """Do what a search does with a start: solve roughly, then to the last digits, and check that it is a gait."""
-    problem.sort(problem.zeros(begin)[0])
+    sort(problem, zeros(problem, begin)[0])

@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 from benchmarks import numpy_walker
 from benchmarks.figures import Figure, together
 from benchmarks.subjects import Subject, point_masses, rigid_bodies
-from legspring.kernel.jit import driver
-from legspring.kernel.launch import launch
-from legspring.kernel.run import run
-from legspring.kernel.stride import advance
-from legspring.kernel.walker import EVALUATIONS, OK, Tape, Walker, new_tape, new_walker
-from legspring.returnmap import NO_PUSH, flow
+from legspring.flow import flow, flows
+from legspring.kernel.walker import EVALUATIONS, OK
 from legspring.layout import ACCURACY
 from tests.oracle import heyoka_walker, scipy_walker
 from tests.oracle.problem import Problem
@@ -25,8 +21,6 @@ from tests.oracle.problem import Problem
 Floats = NDArray[np.float64]
 Simulate = Callable[[Problem, float], Any]
 
-STRIDE = 2.0
-"""Step durations."""
 TARGETS = {
     ("point mass", False): (25.0, 8.0),
     ("rigid body", False): (45.0, 8.0),
@@ -37,17 +31,6 @@ TARGETS = {
 AGAINST_SCIPY = 800.0, 3000.0
 SCIPY_TOLERANCES = tuple(float(f"{10.0**-exponent:.3g}") for exponent in np.arange(8.0, 13.1, 0.5))
 HEYOKA_TOLERANCES = 1e-8, 1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 0.0
-
-
-@driver
-def stride_many(w: Walker, tape: Tape, starts: Floats, end: float, scale: float, repeats: int) -> int:
-    """Simulate from each start, so many times, as a sweep does; return how the worst went."""
-    worst = OK
-    for _ in range(repeats):
-        for row in range(starts.shape[0]):
-            launch(w, starts[row])
-            worst = max(worst, advance(w, end, scale, tape))
-    return worst
 
 
 @dataclass(frozen=True)
@@ -83,39 +66,16 @@ RIVALS = (
 )
 
 
-def compiled_loop(subject: Subject, derivatives: bool, repeats: int) -> Callable[[], None]:
-    """Return a call of `stride_many`, which simulates 16 times so many strides."""
-    body, legs, starts = subject.jets(derivatives)
-    system = subject.system
-    w = new_walker(body, legs, system.side, system.offset, NO_PUSH, system.rows)
-    tape, scale = new_tape(0, 0, 0, w), system.error_scale()
+def compiled_loop(subject: Subject, derivatives: int, repeats: int) -> Callable[[], None]:
+    """Return a call that simulates 16 times so many strides, with so many derivatives, as a sweep does."""
+    system, points = subject.system, np.tile(subject.points(), (repeats, 1))
+    names = subject.names(derivatives)
 
     def loop() -> None:
-        if stride_many(w, tape, starts, STRIDE, scale, repeats) != OK:
+        if np.any(flows(system, points, steps=2, along=names).status != OK):
             raise ArithmeticError(f"{subject.name} could not be simulated")
 
     return loop
-
-
-def python_calls(subject: Subject) -> tuple[Callable[[], object], Callable[[], object]]:
-    """Return two ways to simulate one stride from Python: the kernel's `run`, and `returnmap.flow`."""
-    body, legs, starts = subject.jets(False)
-    system = subject.system
-    plain = partial(
-        run,
-        body,
-        legs,
-        system.side,
-        system.offset,
-        NO_PUSH,
-        starts[0],
-        system.rows,
-        STRIDE,
-        system.error_scale(),
-        0,
-        0,
-    )
-    return plain, partial(flow, system, subject.phase, subject.start, steps=2)
 
 
 def repeated(work: Callable[[], object], times: int) -> Callable[[], None]:
@@ -132,12 +92,12 @@ def stride_times(subjects: list[Subject], rounds: int, repeats: int) -> dict[str
     """Time a stride of each subject in each way, us."""
     times: dict[str, list[float]] = {}
     for subject in subjects:
-        plain, flowing = python_calls(subject)
         works = {
-            "loop": (compiled_loop(subject, False, repeats), 16 * repeats),
-            "derivatives": (compiled_loop(subject, True, repeats), 16 * repeats),
-            "run": (repeated(plain, 5 * repeats), 5 * repeats),
-            "flow": (repeated(flowing, 5 * repeats), 5 * repeats),
+            "loop": (compiled_loop(subject, 0, repeats), 16 * repeats),
+            "four": (compiled_loop(subject, 4, repeats), 16 * repeats),
+            "derivatives": (compiled_loop(subject, 8, repeats), 16 * repeats),
+            "flow": (repeated(partial(flow, subject.system, subject.p, steps=2), 5 * repeats), 5 * repeats),
+            "step": (repeated(partial(flow, subject.system, subject.p), 5 * repeats), 5 * repeats),
         }
         taken = together({name: work for name, (work, _) in works.items()}, rounds)
         for name, (_, count) in works.items():
@@ -147,15 +107,12 @@ def stride_times(subjects: list[Subject], rounds: int, repeats: int) -> dict[str
 
 def evaluations(subject: Subject) -> float:
     """Right-hand sides evaluated in a stride."""
-    return float(flow(subject.system, subject.phase, subject.start, steps=2)[0].clock[EVALUATIONS])
+    return float(flow(subject.system, subject.p, steps=2).walker.clock[EVALUATIONS])
 
 
 def our_end(subject: Subject) -> Floats:
     """State at the end of the stride, SI."""
-    y = flow(subject.system, subject.phase, subject.start, steps=2)[0].y[:, 0]
-    t = subject.system.step_duration
-    state: Floats = y / np.array([1.0, 1.0, t, t, 1.0, t])[: len(y)]
-    return state
+    return flow(subject.system, subject.p, steps=2).state[:, 0]
 
 
 def true_end(subject: Subject) -> Any:
@@ -205,8 +162,13 @@ def stride_figures(kind: str, times: dict[str, list[float]], subjects: list[Subj
         name = f"{about}, {kind}"
         figures.append(Figure(name, median(times[way]), "us", must, aim, detail={} if derivatives else detail))
         figures.append(Figure(f"{name}, the slowest", max(times[way]), "us"))
-    for way, about in (("run", "one call of kernel.run.run"), ("flow", "one call of returnmap.flow")):
-        figures.append(Figure(f"stride, {kind}, {about}", median(times[way]), "us"))
+    figures.append(Figure(f"stride with four derivatives, {kind}", median(times["four"]), "us"))
+    figures.append(Figure(f"stride, {kind}, one call of flow", median(times["flow"]), "us"))
+    figures.append(Figure(f"step, {kind}, one call of flow", median(times["step"]), "us", aim=30.0))
+    for way, about in (("loop", "no derivatives"), ("four", "four derivatives")):
+        name = f"strides a second and core, {kind}, {about}"
+        aim = 50_000.0 if way == "loop" else None
+        figures.append(Figure(name, 1e6 / median(times[way]), "", aim=aim, more_is_better=True))
     return figures
 
 
@@ -223,7 +185,7 @@ def rival_figures(kind: str, subjects: list[Subject], rounds: int, repeats: int)
         ratios, times = [], []
         for subject, problem in zip(subjects, problems, strict=True):
             works: dict[str, Callable[[], object]] = {
-                "ours": compiled_loop(subject, False, repeats),
+                "ours": compiled_loop(subject, 0, repeats),
                 "theirs": partial(rival.simulate, problem, tolerance),
             }
             taken = together(works, rounds)

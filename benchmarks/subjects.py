@@ -9,20 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.launch import (
-    DX,
-    DY,
-    HEADING,
-    N_START,
-    SPEED,
-    START_YAW,
-    START_YAW_RATE,
-    TURN,
-)
-from legspring.kernel.walker import GRAVITY, N_BODY, N_LEG, PHASE
+from legspring.layout import PLACES, START, System
 from legspring.model import Animal, cockroach
-from legspring.returnmap import Start
-from legspring.layout import System
 from legspring.solve import find_gaits
 from tests.oracle.problem import Problem
 
@@ -38,45 +26,33 @@ INERTIA = 2.04e-7
 
 @dataclass(frozen=True)
 class Subject:
-    """A stride to be simulated."""
+    """A stride to be simulated: an animal on its slope, and all parameters with the start."""
 
     name: str
     system: System
-    phase: tuple[float, ...]
-    start: Start
+    p: Floats
 
-    def jets(self, derivatives: bool) -> tuple[Floats, Floats, Floats]:
-        """Body, legs and a few similar starts, ``(16, 7, C)``, in the kernel's units; with eight derivatives or none.
+    def points(self) -> Floats:
+        """Return a few similar starts, ``(16, n)``."""
+        rng, points = np.random.default_rng(1), np.repeat(self.p[None], JITTER, axis=0)
+        points[1:, PLACES["speed"]] *= rng.uniform(0.99, 1.01, JITTER - 1)
+        points[1:, PLACES["heading"]] += rng.uniform(-0.01, 0.01, JITTER - 1)
+        return points
 
-        The derivatives are those by the start (four numbers, of a rigid body five), the phases, and, of a point mass,
-        gravity.
-        """
-        system, width = self.system, 9 if derivatives else 1
-        rigid = system.rows == 6
-        body, legs = np.zeros((N_BODY, width)), np.zeros((len(system.animal.legs), N_LEG, width))
-        starts = np.zeros((JITTER, N_START, width))
-        body[:, 0], legs[:, :, 0] = system.body, system.legs(self.phase)
-        rng = np.random.default_rng(1)
-        starts[:, :, 0] = self.start.in_kernel_units(system)
-        starts[1:, SPEED, 0] *= rng.uniform(0.99, 1.01, JITTER - 1)
-        starts[1:, HEADING, 0] += rng.uniform(-0.01, 0.01, JITTER - 1)
-        if derivatives:
-            rows = (SPEED, HEADING, *((START_YAW, START_YAW_RATE, TURN) if rigid else (DX, DY)))
-            for d, row in enumerate(rows, start=1):
-                starts[:, row, d] = 1.0
-            for leg, pair in enumerate(system.pair):
-                legs[leg, PHASE, 1 + len(rows) + pair] = 1.0
-            if not rigid:
-                body[GRAVITY, 8] = 1.0
-        return body, legs, starts
+    def names(self, count: int) -> list[str]:
+        """Return up to eight parameters: of the start, phases, and more of the legs."""
+        start = ["yaw", "yaw_rate", "turn"] if self.system.yaws else ["Dx", "Dy"]
+        phases = [f"{pair}.phase" for pair in self.system.animal.pairs]
+        return ["speed", "heading", *start, *phases, "gravity"][:count]
 
     def problem(self) -> Problem:
         """Return the same for the oracles."""
         system, animal = self.system, self.system.animal
-        actuation = np.array(system.actuation)[system.pair]
+        actuation = np.array(system.magnitudes)[system.pair]
+        start = dict(zip(START, self.p.tolist(), strict=False))
         return Problem(
             mass=animal.body.mass,
-            inertia=animal.body.inertia if system.rows == 6 else None,
+            inertia=animal.body.inertia if system.yaws else None,
             gravity=animal.gravity,
             slope=system.slope,
             t_des=system.step_duration,
@@ -85,14 +61,11 @@ class Subject:
             stiffness=np.array([leg.stiffness for leg in animal.legs]),
             length=np.array([leg.length for leg in animal.legs]),
             ldev=system.side * actuation,
-            phase=np.array(self.phase)[system.pair],
+            phase=np.array([self.p[system.place(leg, "phase")] for leg in range(len(animal.legs))]),
             angle=np.array([leg.angle for leg in animal.legs]),
             function=system.side,
             offset=system.offset,
-            speed=self.start.speed,
-            heading=self.start.heading,
-            yaw=self.start.yaw,
-            yaw_rate=self.start.yaw_rate,
+            **{name: start[name] for name in ("speed", "heading", "yaw", "yaw_rate")},
         )
 
 
@@ -127,7 +100,7 @@ def rigid_bodies() -> list[Subject]:
         for heading in (0.05, 0.15, 0.30):
             for found in find_gaits(animal, slope_deg=slope_deg, heading=heading)[:1]:
                 name = f"gait {found.family} {slope_deg:g} deg {heading:g} rad"
-                subjects.append(Subject(name, found.system, found.phase, found.start))
+                subjects.append(Subject(name, found.system, found.point))
     return subjects
 
 
@@ -139,16 +112,19 @@ def rows(name: str) -> list[dict[str, str]]:
 
 def stride(animal: Animal, row: Mapping[str, str]) -> Subject:
     """Return a row of strides.csv."""
-    functions = [1 - 2 * int(row[f"push_{pair}"]) for pair in animal.pairs]
-    system = System(animal, math.radians(float(row["slope_deg"])), functions)
-    phase = tuple(float(row[f"phi_{pair}"]) for pair in animal.pairs)
-    return Subject(f"stride {row['case']}", system, phase, Start(float(row["v0"]), float(row["heading"])))
+    pushing = tuple(pair for pair in animal.pairs if int(row[f"push_{pair}"]))
+    system = System(
+        animal.replace(families={"of the row": pushing}), math.radians(float(row["slope_deg"])), "of the row"
+    )
+    phase = [float(row[f"phi_{pair}"]) for pair in animal.pairs]
+    p = system.point(phase, speed=float(row["v0"]), heading=float(row["heading"]))
+    return Subject(f"stride {row['case']}", system, p)
 
 
 def gait(animal: Animal, row: Mapping[str, str]) -> Subject:
     """Return a row of gaits.csv."""
     family, slope_deg, heading = row["family"], float(row["slope_deg"]), float(row["heading"])
-    system = System(animal, math.radians(slope_deg), animal.functions(family))
-    phase = tuple(math.radians(float(row[f"phi_{pair}_deg"])) for pair in animal.pairs)
-    name = f"gait {family} {slope_deg:g} deg {heading:g} rad"
-    return Subject(name, system, phase, Start(float(row["v0"]), heading))
+    system = System(animal, math.radians(slope_deg), family)
+    phase = [math.radians(float(row[f"phi_{pair}_deg"])) for pair in animal.pairs]
+    p = system.point(phase, speed=float(row["v0"]), heading=heading)
+    return Subject(f"gait {family} {slope_deg:g} deg {heading:g} rad", system, p)

@@ -121,7 +121,7 @@ def test_feet_that_float_are_no_gait() -> None:
 
 def test_legs_in_mirror_image_seen_from_the_side() -> None:
     legs = ground_leg("L", "T"), ground_leg("R", "T", angle_deg=158.0, offset=1.0)
-    search = ls.search_gaits(seen_from_the_side(legs), starts=48)
+    search = ls.search_gaits(seen_from_the_side(legs), starts=200)
     assert not search.gaits
     (rejection,) = search.rejections
     assert rejection.reason == Invalid.DEPARTS
