@@ -9,7 +9,7 @@ from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.measure import write_work
 from legspring.kernel.pack import MASS, STEP_DURATION, pack
-from legspring.kernel.stride import LONGEST_STEP, advance, copy
+from legspring.kernel.stride import LONGEST_STEP, advance, copy, fill
 from legspring.kernel.walker import (
     DOWN,
     DX,
@@ -75,17 +75,17 @@ class Ends(NamedTuple):
 
 
 def new_ends(count: int, steps: int, w: Walker, work: bool = False) -> Ends:
-    """Return room for what becomes of so many simulations."""
+    """Return room for what becomes of so many simulations; `many` says what is unknown."""
     n_legs, (rows, width) = w.legs.shape[0], w.y.shape
     return Ends(
-        np.zeros(count, np.int64),
-        np.zeros(count, np.int64),
-        np.full((count, N_SEEN, width), np.nan),
-        np.full((count, steps + 1), np.nan),
-        np.full((count, steps + 1, rows), np.nan),
-        np.zeros((count, n_legs)),
-        np.full((count, n_legs, 2), np.nan),
-        np.full((count, n_legs if work else 0, 2), np.nan),
+        np.empty(count, np.int64),
+        np.empty(count, np.int64),
+        np.empty((count, N_SEEN, width)),
+        np.empty((count, steps + 1)),
+        np.empty((count, steps + 1, rows)),
+        np.empty((count, n_legs)),
+        np.empty((count, n_legs, 2)),
+        np.empty((count, n_legs if work else 0, 2)),
     )
 
 
@@ -172,6 +172,9 @@ def many(
         w.clock[EVALUATIONS] = 0.0
         if push.shape[0] > 0:
             copy(push[row], w.push)
+        for array in (out.seen, out.states, out.liftoffs, out.work):
+            fill(array[row], math.nan)
+        fill(out.times[row], math.nan)
         time, mass = p[row, STEP_DURATION], p[row, MASS]
         pack(p[row], along, w)
         launch(w)

@@ -93,10 +93,16 @@ def copy(source: Floats, target: Floats) -> None:
 
 
 @formula
-def clear(a: Floats) -> None:
-    """Set all of an array to zero; without a temporary array."""
+def fill(a: Floats, value: float) -> None:
+    """Set all of an array to a number; without a temporary array."""
     for index in np.ndindex(a.shape):
-        a[index] = 0.0
+        a[index] = value
+
+
+@formula
+def clear(a: Floats) -> None:
+    """Set all of an array to zero."""
+    fill(a, 0.0)
 
 
 @jit

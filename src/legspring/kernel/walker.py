@@ -8,6 +8,7 @@ number of directions (1, 2, ...). The caller chooses the directions by the jets 
 axis of length one there are none.
 """
 
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -195,7 +196,19 @@ def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: i
 def new_tape(steps: int, events: int, w: Walker) -> Tape:
     """Return an empty tape for so many steps and events (none: they are not recorded)."""
     n_legs, _, width = w.legs.shape
-    rows = w.y.shape[0]
+    if not steps and not events:
+        return no_tape(n_legs, w.y.shape[0], width)
+    return blank_tape(steps, events, n_legs, w.y.shape[0], width)
+
+
+@cache
+def no_tape(n_legs: int, rows: int, width: int) -> Tape:
+    """Return a tape without any room, on which nothing is ever written."""
+    return blank_tape(0, 0, n_legs, rows, width)
+
+
+def blank_tape(steps: int, events: int, n_legs: int, rows: int, width: int) -> Tape:
+    """Return an empty tape."""
     return Tape(
         np.zeros(2, np.int64),
         np.zeros(steps + 1),
