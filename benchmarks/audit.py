@@ -103,7 +103,7 @@ def search_everywhere(count: int, seed: int, workers: int) -> list[Cell]:
     cells = []
     for family, row, column in product(animal.families, range(len(SLOPES_DEG)), range(len(HEADINGS))):
         problem = Problem(animal, float(np.radians(SLOPES_DEG[row])), HEADINGS[column], family, None)
-        solve = solver(problem.setting, problem.heading, ROUGH_ACCURACY, ROUGH_GOAL)
+        solve = solver(problem.system, problem.heading, ROUGH_ACCURACY, ROUGH_GOAL)
         cells.append(Cell((row, column), problem, solve))
 
     def work(number: int) -> None:

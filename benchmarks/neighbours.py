@@ -5,13 +5,13 @@ from functools import partial
 from statistics import median
 
 import numpy as np
+from legspring.layout import ACCURACY
 
 from benchmarks.figures import Figure, together
 from benchmarks.searches import Floats, Solve, difference, solver, unknowns
 from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
 from legspring.model import cockroach
-from legspring.setting import ACCURACY
 from legspring.solve import GOAL, Problem
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
@@ -30,7 +30,7 @@ def measure(quick: bool) -> list[Figure]:
                 near = [other for other in found.get(beside, ()) if (other.family, other.branch) == identity(gait)]
                 if not near:
                     continue
-                begin, solve = unknowns(near[0])[None], solver(gait.setting, gait.heading, ACCURACY, GOAL)
+                begin, solve = unknowns(near[0])[None], solver(gait.system, gait.heading, ACCURACY, GOAL)
                 z = begin.copy()
                 endings, taken = solve(z)
                 pairs += 1

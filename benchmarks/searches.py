@@ -3,11 +3,11 @@
 from collections.abc import Callable
 
 import numpy as np
+from legspring.layout import System
 from numpy.typing import NDArray
 
 from legspring.gait import Gait
 from legspring.kernel.newton import find_zeros, new_problem
-from legspring.setting import Setting
 from legspring.solve import MOST_ITERATIONS
 
 Floats = NDArray[np.float64]
@@ -16,7 +16,7 @@ Solve = Callable[[Floats], tuple[NDArray[np.int64], int]]
 
 def unknowns(gait: Gait) -> Floats:
     """Return a point mass's gait as a solution: speed in units of v_des, phases."""
-    return np.array([gait.speed / gait.setting.desired_speed, *gait.phase])
+    return np.array([gait.speed / gait.system.desired_speed, *gait.phase])
 
 
 def difference(a: Floats, b: Floats) -> float:
@@ -26,26 +26,26 @@ def difference(a: Floats, b: Floats) -> float:
     return float(np.max(np.abs(gap)))
 
 
-def solver(setting: Setting, heading: float, accuracy: float, goal: float) -> Solve:
+def solver(system: System, heading: float, accuracy: float, goal: float) -> Solve:
     """Return what solves the conditions of a gait from each row of an array, in place.
 
     It returns how each search ended, and the number of steps simulated.
     """
-    stride, scale = setting.step_length, setting.error_scale(accuracy)
+    stride, scale = system.step_length, system.error_scale(accuracy)
     w, start = new_problem(
-        setting.body,
-        setting.legs(np.zeros(len(setting.actuation))),
-        setting.side,
-        setting.offset,
-        setting.pair,
+        system.body,
+        system.legs(np.zeros(len(system.actuation))),
+        system.side,
+        system.offset,
+        system.pair,
         heading,
         stride,
-        setting.rows,
+        system.rows,
     )
 
     def solve(z: Floats) -> tuple[NDArray[np.int64], int]:
-        magnitudes = np.tile(setting.actuation, (len(z), 1))
-        endings, *_, steps = find_zeros(w, start, setting.pair, stride, magnitudes, z, scale, goal, MOST_ITERATIONS)
+        magnitudes = np.tile(system.actuation, (len(z), 1))
+        endings, *_, steps = find_zeros(w, start, system.pair, stride, magnitudes, z, scale, goal, MOST_ITERATIONS)
         return endings, steps
 
     return solve

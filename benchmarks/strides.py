@@ -7,6 +7,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from legspring.layout import ACCURACY
 from numpy.typing import NDArray
 
 from benchmarks import numpy_walker
@@ -18,7 +19,6 @@ from legspring.kernel.run import run
 from legspring.kernel.stride import advance
 from legspring.kernel.walker import EVALUATIONS, OK, Tape, Walker, new_tape, new_walker
 from legspring.returnmap import NO_PUSH, flow
-from legspring.setting import ACCURACY
 from tests.oracle import heyoka_walker, scipy_walker
 from tests.oracle.problem import Problem
 
@@ -86,9 +86,9 @@ RIVALS = (
 def compiled_loop(subject: Subject, derivatives: bool, repeats: int) -> Callable[[], None]:
     """Return a call of `stride_many`, which simulates 16 times so many strides."""
     body, legs, starts = subject.jets(derivatives)
-    setting = subject.setting
-    w = new_walker(body, legs, setting.side, setting.offset, NO_PUSH, setting.rows)
-    tape, scale = new_tape(0, 0, 0, w), setting.error_scale()
+    system = subject.system
+    w = new_walker(body, legs, system.side, system.offset, NO_PUSH, system.rows)
+    tape, scale = new_tape(0, 0, 0, w), system.error_scale()
 
     def loop() -> None:
         if stride_many(w, tape, starts, STRIDE, scale, repeats) != OK:
@@ -100,22 +100,22 @@ def compiled_loop(subject: Subject, derivatives: bool, repeats: int) -> Callable
 def python_calls(subject: Subject) -> tuple[Callable[[], object], Callable[[], object]]:
     """Return two ways to simulate one stride from Python: the kernel's `run`, and `returnmap.flow`."""
     body, legs, starts = subject.jets(False)
-    setting = subject.setting
+    system = subject.system
     plain = partial(
         run,
         body,
         legs,
-        setting.side,
-        setting.offset,
+        system.side,
+        system.offset,
         NO_PUSH,
         starts[0],
-        setting.rows,
+        system.rows,
         STRIDE,
-        setting.error_scale(),
+        system.error_scale(),
         0,
         0,
     )
-    return plain, partial(flow, setting, subject.phase, subject.start, steps=2)
+    return plain, partial(flow, system, subject.phase, subject.start, steps=2)
 
 
 def repeated(work: Callable[[], object], times: int) -> Callable[[], None]:
@@ -147,13 +147,13 @@ def stride_times(subjects: list[Subject], rounds: int, repeats: int) -> dict[str
 
 def evaluations(subject: Subject) -> float:
     """Right-hand sides evaluated in a stride."""
-    return float(flow(subject.setting, subject.phase, subject.start, steps=2)[0].clock[EVALUATIONS])
+    return float(flow(subject.system, subject.phase, subject.start, steps=2)[0].clock[EVALUATIONS])
 
 
 def our_end(subject: Subject) -> Floats:
     """State at the end of the stride, SI."""
-    y = flow(subject.setting, subject.phase, subject.start, steps=2)[0].y[:, 0]
-    t = subject.setting.step_duration
+    y = flow(subject.system, subject.phase, subject.start, steps=2)[0].y[:, 0]
+    t = subject.system.step_duration
     state: Floats = y / np.array([1.0, 1.0, t, t, 1.0, t])[: len(y)]
     return state
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from legspring.layout import System
 from numpy.typing import NDArray
 
 from legspring.kernel.launch import (
@@ -22,7 +23,6 @@ from legspring.kernel.launch import (
 from legspring.kernel.walker import GRAVITY, N_BODY, N_LEG, PHASE
 from legspring.model import Animal, cockroach
 from legspring.returnmap import Start
-from legspring.setting import Setting
 from legspring.solve import find_gaits
 from tests.oracle.problem import Problem
 
@@ -41,7 +41,7 @@ class Subject:
     """A stride to be simulated."""
 
     name: str
-    setting: Setting
+    system: System
     phase: tuple[float, ...]
     start: Start
 
@@ -51,20 +51,20 @@ class Subject:
         The derivatives are those by the start (four numbers, of a rigid body five), the phases, and, of a point mass,
         gravity.
         """
-        setting, width = self.setting, 9 if derivatives else 1
-        rigid = setting.rows == 6
-        body, legs = np.zeros((N_BODY, width)), np.zeros((len(setting.animal.legs), N_LEG, width))
+        system, width = self.system, 9 if derivatives else 1
+        rigid = system.rows == 6
+        body, legs = np.zeros((N_BODY, width)), np.zeros((len(system.animal.legs), N_LEG, width))
         starts = np.zeros((JITTER, N_START, width))
-        body[:, 0], legs[:, :, 0] = setting.body, setting.legs(self.phase)
+        body[:, 0], legs[:, :, 0] = system.body, system.legs(self.phase)
         rng = np.random.default_rng(1)
-        starts[:, :, 0] = self.start.in_kernel_units(setting)
+        starts[:, :, 0] = self.start.in_kernel_units(system)
         starts[1:, SPEED, 0] *= rng.uniform(0.99, 1.01, JITTER - 1)
         starts[1:, HEADING, 0] += rng.uniform(-0.01, 0.01, JITTER - 1)
         if derivatives:
             rows = (SPEED, HEADING, *((START_YAW, START_YAW_RATE, TURN) if rigid else (DX, DY)))
             for d, row in enumerate(rows, start=1):
                 starts[:, row, d] = 1.0
-            for leg, pair in enumerate(setting.pair):
+            for leg, pair in enumerate(system.pair):
                 legs[leg, PHASE, 1 + len(rows) + pair] = 1.0
             if not rigid:
                 body[GRAVITY, 8] = 1.0
@@ -72,23 +72,23 @@ class Subject:
 
     def problem(self) -> Problem:
         """Return the same for the oracles."""
-        setting, animal = self.setting, self.setting.animal
-        actuation = np.array(setting.actuation)[setting.pair]
+        system, animal = self.system, self.system.animal
+        actuation = np.array(system.actuation)[system.pair]
         return Problem(
             mass=animal.body.mass,
-            inertia=animal.body.inertia if setting.rows == 6 else None,
+            inertia=animal.body.inertia if system.rows == 6 else None,
             gravity=animal.gravity,
-            slope=setting.slope,
-            t_des=setting.step_duration,
-            v_des=setting.desired_speed,
+            slope=system.slope,
+            t_des=system.step_duration,
+            v_des=system.desired_speed,
             hip=np.array([leg.hip for leg in animal.legs]),
             stiffness=np.array([leg.stiffness for leg in animal.legs]),
             length=np.array([leg.length for leg in animal.legs]),
-            ldev=setting.side * actuation,
-            phase=np.array(self.phase)[setting.pair],
+            ldev=system.side * actuation,
+            phase=np.array(self.phase)[system.pair],
             angle=np.array([leg.angle for leg in animal.legs]),
-            function=setting.side,
-            offset=setting.offset,
+            function=system.side,
+            offset=system.offset,
             speed=self.start.speed,
             heading=self.start.heading,
             yaw=self.start.yaw,
@@ -127,7 +127,7 @@ def rigid_bodies() -> list[Subject]:
         for heading in (0.05, 0.15, 0.30):
             for found in find_gaits(animal, slope_deg=slope_deg, heading=heading)[:1]:
                 name = f"gait {found.family} {slope_deg:g} deg {heading:g} rad"
-                subjects.append(Subject(name, found.setting, found.phase, found.start))
+                subjects.append(Subject(name, found.system, found.phase, found.start))
     return subjects
 
 
@@ -140,15 +140,15 @@ def rows(name: str) -> list[dict[str, str]]:
 def stride(animal: Animal, row: Mapping[str, str]) -> Subject:
     """Return a row of strides.csv."""
     functions = [1 - 2 * int(row[f"push_{pair}"]) for pair in animal.pairs]
-    setting = Setting(animal, math.radians(float(row["slope_deg"])), functions)
+    system = System(animal, math.radians(float(row["slope_deg"])), functions)
     phase = tuple(float(row[f"phi_{pair}"]) for pair in animal.pairs)
-    return Subject(f"stride {row['case']}", setting, phase, Start(float(row["v0"]), float(row["heading"])))
+    return Subject(f"stride {row['case']}", system, phase, Start(float(row["v0"]), float(row["heading"])))
 
 
 def gait(animal: Animal, row: Mapping[str, str]) -> Subject:
     """Return a row of gaits.csv."""
     family, slope_deg, heading = row["family"], float(row["slope_deg"]), float(row["heading"])
-    setting = Setting(animal, math.radians(slope_deg), animal.functions(family))
+    system = System(animal, math.radians(slope_deg), animal.functions(family))
     phase = tuple(math.radians(float(row[f"phi_{pair}_deg"])) for pair in animal.pairs)
     name = f"gait {family} {slope_deg:g} deg {heading:g} rad"
-    return Subject(name, setting, phase, Start(float(row["v0"]), heading))
+    return Subject(name, system, phase, Start(float(row["v0"]), heading))

@@ -128,7 +128,7 @@ def test_simulate_a_gait(tmp_path: Path, gait: ls.Gait) -> None:
     (found,) = records("simulate", "cockroach", *HERE, "--strides", "3", "--out", tmp_path / "run.nc")
     assert (found["family"], found["branch"], found["strides"]) == ("B", 0, 3.0)
     assert found["speed"] == pytest.approx(gait.speed)
-    assert found["displacement"] == pytest.approx([0.0, 6 * gait.setting.step_length], abs=1e-9)
+    assert found["displacement"] == pytest.approx([0.0, 6 * gait.system.step_length], abs=1e-9)
     with xr.open_dataset(tmp_path / "run.nc") as stored:
         np.testing.assert_allclose(stored["position"], gait.simulate(3)["position"], atol=1e-9)
         assert stored["event_leg"].values[0] == "BR"

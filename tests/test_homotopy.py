@@ -52,7 +52,7 @@ def test_a_body_of_infinite_inertia_is_a_point_mass(roach: Animal, rigid: Animal
                 end = walk(gait, straight(gait.animal, heavy)).end
                 assert end is not None
                 assert end.phase == pytest.approx(gait.phase, abs=2e-3)
-                assert abs(end.yaw) < tolerance and abs(end.yaw_rate * end.setting.step_duration) < tolerance
+                assert abs(end.yaw) < tolerance and abs(end.yaw_rate * end.system.step_duration) < tolerance
 
 
 def test_walks_from_the_point_mass_end_at_gaits_that_a_search_finds(

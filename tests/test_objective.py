@@ -77,7 +77,7 @@ def test_crossing_angles_are_those_of_the_time_series(thesis_map: Cells) -> None
         stance = stance[: np.append(np.flatnonzero(np.diff(stance) > 1) + 1, len(stance))[0]]
         time = run.time.values
         ends = []
-        for rows, moment in ((stance[:5], 0.0), (stance[-5:], gait.liftoff[pair] * gait.setting.step_duration)):
+        for rows, moment in ((stance[:5], 0.0), (stance[-5:], gait.liftoff[pair] * gait.system.step_duration)):
             slopes = [
                 np.polyval(np.polyder(np.polyfit(time[rows] - moment, series[rows], 3)), 0.0)
                 for series in (length, free)
@@ -111,7 +111,7 @@ def test_the_fixed_point_beside_is_one(thesis_map: Cells) -> None:
     beside = objective(actuation, z).beside
     assert beside is not None
     problem = Objective(gait.animal, gait.slope, 1.05 * gait.heading, gait.family, "efficiency").trial.problem
-    assert problem.setting.actuation == pytest.approx(gait.actuation)
+    assert problem.system.actuation == pytest.approx(gait.actuation)
     assert problem.gait(beside) is not None
     assert problem.unknowns(problem.gait(beside)) == pytest.approx(beside, abs=1e-8)  # type: ignore[arg-type]
     assert heading_beside(0.02) == pytest.approx(0.0225)

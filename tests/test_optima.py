@@ -89,7 +89,7 @@ def test_values_are_those_of_gaits(small: xr.Dataset, roach: ls.Animal) -> None:
         one = small.isel(dict(zip(CELL, place.tolist(), strict=True)))
         slope, family = math.radians(one.slope_deg.item()), one.family.item()
         problem = Problem(roach, slope, one.heading.item(), family, one.actuation.values)
-        gait = problem.gait(np.concatenate([[one.speed.item() / problem.setting.desired_speed], one.phase.values]))
+        gait = problem.gait(np.concatenate([[one.speed.item() / problem.system.desired_speed], one.phase.values]))
         assert gait is not None and gait.invalid() is None
         assert one.phase.values == pytest.approx(gait.phase, abs=1e-8)
         assert one.transport_cost.item() == pytest.approx(gait.transport_cost, abs=1e-8)

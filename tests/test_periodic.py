@@ -107,7 +107,7 @@ def test_the_lateral_leg_spring_conserves_energy_and_direction() -> None:
     (gait,) = find_gaits(load_animal("lateral_leg_spring"))
     sizes = np.abs(gait.multipliers)
     assert sizes[:2] == pytest.approx([1.0, 1.0], abs=1e-9)
-    assert gait.liftoff == pytest.approx([1.0]) and gait.setting.event_driven
+    assert gait.liftoff == pytest.approx([1.0]) and gait.system.event_driven
     # Its steps are left and right by turns, and a stride leads straight ahead.
     across, ahead = gait.simulate(strides=1)["position"].values[-1]
     assert across == pytest.approx(0.0, abs=1e-12)

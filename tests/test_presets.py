@@ -46,19 +46,19 @@ def test_a_preset_says_what_it_is(name: str) -> None:
 @each
 def test_first_gait_against_the_oracle(name: str, gaits: dict[str, Gait]) -> None:
     gait = gaits[name]
-    setting = gait.setting
+    system = gait.system
     walker = heyoka_rules.Walker(
-        body=setting.body,
-        legs=setting.legs(gait.phase)[:, :10],
-        side=setting.side,
-        offset=setting.offset,
-        start=gait.start.in_kernel_units(setting),
-        yaws=setting.rows == 6,
+        body=system.body,
+        legs=system.legs(gait.phase)[:, :10],
+        side=system.side,
+        offset=system.offset,
+        start=gait.start.in_kernel_units(system),
+        yaws=system.rows == 6,
     )
-    expected = heyoka_rules.simulate(walker, setting.steps_per_stride)
-    scale = np.array([setting.step_length] * 4 + [1.0, 1.0])
-    states = gait.tape.touchdowns / scale[: setting.rows]
-    np.testing.assert_allclose(states, (expected.states / scale)[:, : setting.rows], rtol=0, atol=1e-10)
+    expected = heyoka_rules.simulate(walker, system.steps_per_stride)
+    scale = np.array([system.step_length] * 4 + [1.0, 1.0])
+    states = gait.tape.touchdowns / scale[: system.rows]
+    np.testing.assert_allclose(states, (expected.states / scale)[:, : system.rows], rtol=0, atol=1e-10)
     kinds = {"touchdown": "touch-down", "liftoff": "lift-off"}
     words = [f"{gait.animal.legs[leg].name} {kinds[kind]}" for leg, kind in expected.sequence]
     assert sorted(gait.events) == sorted(words)
@@ -89,7 +89,7 @@ def test_simulate(name: str, gaits: dict[str, Gait], tmp_path: Path) -> None:
     assert found["speed"] == pytest.approx(gait.speed)
     assert np.hypot(*found["velocity"]) == pytest.approx(gait.speed, rel=1e-9)
     assert np.max(np.abs(found["displacement"])) == pytest.approx(
-        2 * gait.setting.steps_per_stride * gait.distance, rel=1e-6
+        2 * gait.system.steps_per_stride * gait.distance, rel=1e-6
     )
     assert (tmp_path / "run.png").exists()
 

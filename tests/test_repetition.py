@@ -58,17 +58,17 @@ def test_but_they_may_hop_where_they_are() -> None:
     animal = load_animal("lateral_leg_spring").replace(speed_law=0.3)
     gait = ls.find_gaits(animal, slope_deg=-12.0)[0]
     assert gait.speed == pytest.approx(0.1184, abs=1e-4) and not gait.gets_on
-    setting = gait.setting
+    system = gait.system
     walker = heyoka_rules.Walker(
-        body=setting.body,
-        legs=setting.legs(gait.phase)[:, :10],
-        side=setting.side,
-        offset=setting.offset,
-        start=gait.start.in_kernel_units(setting),
+        body=system.body,
+        legs=system.legs(gait.phase)[:, :10],
+        side=system.side,
+        offset=system.offset,
+        start=gait.start.in_kernel_units(system),
         yaws=True,
     )
     states = heyoka_rules.simulate(walker, 4).states
-    scale = np.array([setting.step_length] * 4 + [1.0, 1.0])
+    scale = np.array([system.step_length] * 4 + [1.0, 1.0])
     for state in states[[2, 4]]:
         np.testing.assert_allclose(state / scale, states[0] / scale, rtol=0, atol=1e-9)
 
@@ -110,7 +110,7 @@ def test_what_is_conserved_on_the_level_is_not_on_a_slope(name: str) -> None:
     assert "energy" in level.conserved and "energy" not in sloping.conserved
     assert sloping.invalid() is not None
     assert PeriodicProblem(animal, sloping.slope, "P").free[0] == "speed"
-    found = departure(sloping.setting, sloping.phase, sloping.start, 1.0)
+    found = departure(sloping.system, sloping.phase, sloping.start, 1.0)
     assert found is not None and found.amount > 0.01 and found.what.startswith("after 1 step")
 
 
@@ -136,7 +136,7 @@ def test_legs_in_mirror_image_seen_from_the_side() -> None:
 @pytest.mark.parametrize("name", ls.presets())
 def test_gaits_of_presets_repeat_themselves(name: str) -> None:
     gait = gait_of(name)
-    assert departure(gait.setting, gait.phase, gait.start, abs(gait.multipliers[0])) is None
+    assert departure(gait.system, gait.phase, gait.start, abs(gait.multipliers[0])) is None
 
 
 @pytest.mark.parametrize("name", ls.presets())
@@ -147,7 +147,7 @@ def test_what_is_a_little_off_does_not(name: str) -> None:
         {"heading": gait.heading + 1e-4} if gait.conserved else {"speed": gait.speed * (1.0 + 1e-4)}
     )
     start = replace(gait.start, **change)
-    found = departure(gait.setting, gait.phase, start, 1.0)
+    found = departure(gait.system, gait.phase, start, 1.0)
     assert found is not None and 1e-8 < found.amount < 1e-2
     assert "the velocity is" in found.what
 
@@ -167,10 +167,10 @@ def test_what_is_a_little_off_does_not(name: str) -> None:
 )
 def test_every_part_of_the_state_counts(field: str, words: str) -> None:
     gait = gait_of("lateral_leg_spring")
-    first = moment(gait.setting, flow(gait.setting, gait.phase, gait.start, steps=0)[0])
+    first = moment(gait.system, flow(gait.system, gait.phase, gait.start, steps=0)[0])
     value = getattr(first, field)
     now = first._replace(**{field: ~value if field == "down" else value + 0.01})
-    found = next(found for found in departures(gait.setting, first, now) if found.amount > 1e-8)
+    found = next(found for found in departures(gait.system, first, now) if found.amount > 1e-8)
     assert found.what.startswith(words)
 
 
@@ -178,18 +178,18 @@ def test_a_whole_turn_is_none() -> None:
     """Somersaults come back: the yaw counts up to whole turns."""
     gait = gait_of("climbing_template")
     turned = replace(gait.start, yaw=gait.yaw + 2.0 * math.pi, turn=2.0 * gait.yaw)
-    assert departure(gait.setting, gait.phase, turned, abs(gait.multipliers[0])) is None
+    assert departure(gait.system, gait.phase, turned, abs(gait.multipliers[0])) is None
 
 
 def test_how_far_small_departures_may_have_grown() -> None:
     gait = gait_of(SLIP)
     off = replace(gait.start, heading=gait.heading + 1e-7)
-    assert departure(gait.setting, gait.phase, off, 1.0) is not None
-    assert departure(gait.setting, gait.phase, off, 30.0) is None
+    assert departure(gait.system, gait.phase, off, 1.0) is not None
+    assert departure(gait.system, gait.phase, off, 30.0) is None
     # However unstable, a departure that can be seen is one.
     far = replace(gait.start, heading=gait.heading + 1e-2)
-    assert departure(gait.setting, gait.phase, far, 1e9) is not None
-    assert departure(gait.setting, gait.phase, far, math.nan) is not None
+    assert departure(gait.system, gait.phase, far, 1e9) is not None
+    assert departure(gait.system, gait.phase, far, math.nan) is not None
 
 
 def test_unstable_gaits_are_gaits() -> None:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from legspring.layout import TIGHT, System, slope_for
 
 from legspring import Animal, find_gaits, load_animal
 from legspring.kernel.run import run
@@ -31,7 +32,6 @@ from legspring.returnmap import (
     jets,
     reduced_map,
 )
-from legspring.setting import TIGHT, Setting, slope_for
 from tests.conftest import Cells
 
 PHASE = np.array([0.3, 0.6, -0.7])
@@ -74,12 +74,12 @@ def end(animal: Animal, direction: Direction, change: float) -> np.ndarray:
                 if leg.offset == 0.0
             ]
             animal = animal.replace(**{name: value})
-    return flow(Setting(animal, slope, functions), phase, start, steps=2, accuracy=1e-13)[0].y[:, 0]
+    return flow(System(animal, slope, functions), phase, start, steps=2, accuracy=1e-13)[0].y[:, 0]
 
 
 def test_derivatives_are_those_of_the_numbers(roach: Animal) -> None:
-    setting = Setting(roach, math.radians(60), roach.functions("B"))
-    y = flow(setting, PHASE, START, steps=2, along=[d for d, _ in CHANGES], accuracy=TIGHT)[0].y
+    system = System(roach, math.radians(60), roach.functions("B"))
+    y = flow(system, PHASE, START, steps=2, along=[d for d, _ in CHANGES], accuracy=TIGHT)[0].y
     for column, (direction, h) in enumerate(CHANGES, start=1):
         difference = (end(roach, direction, h) - end(roach, direction, -h)) / (2.0 * h)
         assert y[:, column] == pytest.approx(difference, rel=1e-6, abs=1e-6 * np.abs(difference).max())
@@ -87,17 +87,17 @@ def test_derivatives_are_those_of_the_numbers(roach: Animal) -> None:
 
 def test_maps_have_the_derivatives_of_their_states(thesis_map: Cells) -> None:
     gait = thesis_map[75, 0.15][0]
-    t_des, h = gait.setting.step_duration, 1e-5
+    t_des, h = gait.system.step_duration, 1e-5
     for which in (complete_map, reduced_map):
-        _, jacobian = which(gait.setting, gait.phase, gait.start, accuracy=TIGHT)
+        _, jacobian = which(gait.system, gait.phase, gait.start, accuracy=TIGHT)
         ahead, behind = (
-            which(gait.setting, gait.phase, Start(gait.speed, gait.heading + change), accuracy=1e-13)[0]
+            which(gait.system, gait.phase, Start(gait.speed, gait.heading + change), accuracy=1e-13)[0]
             for change in (h, -h)
         )
         assert jacobian[:, 1] == pytest.approx((ahead - behind) / (2.0 * h), abs=1e-7)
-        speed = h * gait.setting.step_length
+        speed = h * gait.system.step_length
         ahead, behind = (
-            which(gait.setting, gait.phase, Start(gait.speed + change / t_des, gait.heading), accuracy=1e-13)[0]
+            which(gait.system, gait.phase, Start(gait.speed + change / t_des, gait.heading), accuracy=1e-13)[0]
             for change in (speed, -speed)
         )
         assert jacobian[:, 0] == pytest.approx((ahead - behind) / (2.0 * speed), abs=1e-5)
@@ -105,7 +105,7 @@ def test_maps_have_the_derivatives_of_their_states(thesis_map: Cells) -> None:
 
 def test_maps_of_a_body_that_yaws_have_the_derivatives_of_their_states(rigid_map: Cells) -> None:
     gait = rigid_map[60, 0.15][0]
-    t_des, length = gait.setting.step_duration, gait.setting.step_length
+    t_des, length = gait.system.step_duration, gait.system.step_length
     home = np.array([gait.speed, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate, 2.0 * gait.yaw])
     units = np.array([1.0 / t_des, 1.0, 1.0, 1.0, 1.0, 1.0 / t_des, 1.0])
 
@@ -119,48 +119,48 @@ def test_maps_of_a_body_that_yaws_have_the_derivatives_of_their_states(rigid_map
         return Start(changed[0], changed[1], yaw=changed[2], yaw_rate=changed[3])
 
     for which, start, size in ((complete_map, complete, 7), (reduced_map, reduced, 4)):
-        _, jacobian = which(gait.setting, gait.phase, gait.start, accuracy=TIGHT)
+        _, jacobian = which(gait.system, gait.phase, gait.start, accuracy=TIGHT)
         assert jacobian.shape == (size, size)
         for column, h in enumerate(1e-6 * np.eye(size)):
-            ahead, behind = (which(gait.setting, gait.phase, start(d), accuracy=1e-13)[0] for d in (h, -h))
+            ahead, behind = (which(gait.system, gait.phase, start(d), accuracy=1e-13)[0] for d in (h, -h))
             assert jacobian[:, column] == pytest.approx((ahead - behind) / 2e-6, rel=1e-5, abs=1e-5)
 
 
 def test_a_body_that_yaws_has_a_larger_state(roach: Animal) -> None:
     free = roach.replace(yaw="free", inertia=2.04e-7)
-    setting = Setting(free, math.radians(45), free.functions("B"))
+    system = System(free, math.radians(45), free.functions("B"))
     start = Start(0.27, 0.15, yaw=0.05, yaw_rate=1.0)
-    state, jacobian = complete_map(setting, PHASE, start)
+    state, jacobian = complete_map(system, PHASE, start)
     assert jacobian.shape == (7, 7)
     # Hips at the centre: nothing turns the body.
-    spin = 1.0 * setting.step_duration
+    spin = 1.0 * system.step_duration
     assert state[4:] == pytest.approx([-(0.05 + spin), -spin, -spin])
-    state, jacobian = reduced_map(setting, PHASE, start)
+    state, jacobian = reduced_map(system, PHASE, start)
     assert jacobian.shape == (4, 4)
     assert jacobian[2:] == pytest.approx(np.array([[0.0, 0.0, 1.0, 2.0], [0.0, 0.0, 0.0, 1.0]]))
 
 
 @pytest.mark.parametrize("direction", ["mass", ("phase", "X"), ("colour", "F"), 3])
 def test_unknown_directions(roach: Animal, direction: Direction) -> None:
-    setting = Setting(roach, 0.0, roach.functions("A"))
+    system = System(roach, 0.0, roach.functions("A"))
     with pytest.raises(ValueError, match="along"):
-        flow(setting, PHASE, START, along=[direction])
+        flow(system, PHASE, START, along=[direction])
 
 
 def test_a_start_must_move(roach: Animal) -> None:
     with pytest.raises(ValueError, match="positive speed"):
-        flow(Setting(roach, 0.0, roach.functions("A")), PHASE, Start(0.0, 0.1))
+        flow(System(roach, 0.0, roach.functions("A")), PHASE, Start(0.0, 0.1))
     with pytest.raises(ValueError, match="steps = -1"):
-        flow(Setting(roach, 0.0, roach.functions("A")), PHASE, START, steps=-1)
+        flow(System(roach, 0.0, roach.functions("A")), PHASE, START, steps=-1)
 
 
 def test_progress_is_that_of_the_velocity(roach: Animal) -> None:
-    setting = Setting(roach, 0.0, roach.functions("A"))
-    walker, tape = flow(setting, PHASE, START, steps=3, record=True)
+    system = System(roach, 0.0, roach.functions("A"))
+    walker, tape = flow(system, PHASE, START, steps=3, record=True)
     assert tape.touchdowns.shape == (4, 4)
     assert tape.touchdowns[-1] == pytest.approx(walker.y[:, 0])
     assert tape.touchdowns[0, [X, Y, VX, VY]] == pytest.approx(
-        [0, 0, -0.27 * math.sin(0.15) * setting.step_duration, 0.27 * math.cos(0.15) * setting.step_duration]
+        [0, 0, -0.27 * math.sin(0.15) * system.step_duration, 0.27 * math.cos(0.15) * system.step_duration]
     )
 
 
@@ -170,15 +170,15 @@ def test_derivatives_by_angles_of_pairs_with_any_offsets(roach: Animal) -> None:
     animal = roach.replace(offset=tuple(offsets.values()))
     assert [animal.legs[i].name for i in animal.first_legs] == ["FL", "MR", "BR"]
     slope, h = math.radians(60), 1e-5
-    setting = Setting(animal, slope, animal.functions("B"))
+    system = System(animal, slope, animal.functions("B"))
     along: list[Direction] = [("angle", pair) for pair in animal.pairs]
-    y = flow(setting, PHASE, START, steps=2, along=along, accuracy=TIGHT)[0].y
+    y = flow(system, PHASE, START, steps=2, along=along, accuracy=TIGHT)[0].y
     first = [animal.legs[i] for i in animal.first_legs]
     for column, leg in enumerate(first):
         states = []
         for change in (h, -h):
             angles = [other.angle + (change if other is leg else 0.0) for other in first]
-            changed = Setting(animal.replace(angle=tuple(angles)), slope, animal.functions("B"))
+            changed = System(animal.replace(angle=tuple(angles)), slope, animal.functions("B"))
             states.append(flow(changed, PHASE, START, steps=2, accuracy=1e-13)[0].y[:, 0])
         difference = (states[0] - states[1]) / (2.0 * h)
         assert y[:, 1 + column] == pytest.approx(difference, rel=1e-6, abs=1e-6 * np.abs(difference).max())
@@ -188,10 +188,10 @@ def test_an_animal_with_a_leg_that_has_no_image_is_not_mirrored(roach: Animal) -
     tail = roach.legs[2].model_copy(update={"name": "T", "pair": "T"})
     limping = roach.replace(legs=(*roach.legs, tail), families={"B": ("B", "T")})
     for animal, mirrored in ((roach, True), (limping, False)):
-        setting = Setting(animal, math.radians(45), animal.functions("B"))
-        assert setting.mirrored == mirrored
+        system = System(animal, math.radians(45), animal.functions("B"))
+        assert system.mirrored == mirrored
         phase = np.resize(PHASE, len(animal.pairs))
-        image, end = complete_map(setting, phase, START)[0], flow(setting, phase, START)[0].y[:, 0]
+        image, end = complete_map(system, phase, START)[0], flow(system, phase, START)[0].y[:, 0]
         assert image[2] == pytest.approx(-end[X] if mirrored else end[X], abs=1e-15)
 
 
@@ -200,16 +200,16 @@ def test_an_animal_with_a_leg_that_has_no_image_is_not_mirrored(roach: Animal) -
 
 def test_a_recorded_stride_takes_as_many_steps_as_it_needs() -> None:
     stiff = load_animal("climbing_template").replace(stiffness=300.0, damping=0.64)
-    setting = Setting(stiff, math.pi / 2, stiff.functions("P"))
+    system = System(stiff, math.pi / 2, stiff.functions("P"))
     start = Start(0.17, -0.413, (0.0032, 0.0187), yaw=0.06, yaw_rate=5.99)
-    tape = flow(setting, stiff.phase, start, steps=2, record=True, accuracy=TIGHT)[1]
+    tape = flow(system, stiff.phase, start, steps=2, record=True, accuracy=TIGHT)[1]
     assert tape.counts[0] > 60 * 2 + 60
     assert tape.time[tape.counts[0]] == 2.0
 
 
 def test_all_events_of_many_legs_are_recorded(roach: Animal) -> None:
-    setting = Setting(roach, 0.0, roach.functions("B"))
-    body, rows, start = jets(setting, PHASE, START)
+    system = System(roach, 0.0, roach.functions("B"))
+    body, rows, start = jets(system, PHASE, START)
     many = np.repeat(rows[:1], 60, axis=0)
     many[:, [STIFFNESS, ACTUATION]] *= 0.05
     offset = np.arange(60) / 30.0
@@ -227,9 +227,9 @@ def test_nothing_depends_on_a_unit_of_time(name: str) -> None:
     states = []
     for unit in (10.0, 0.4, 0.05, 0.012, 0.004, 0.001):
         same = animal.replace(step_law=unit)
-        setting = Setting(same, slope_for(same, None, None), same.functions("P"))
+        system = System(same, slope_for(same, None, None), same.functions("P"))
         start = Start(5.2, -1.66) if "inverted" in name else Start(0.51, 0.08, yaw_rate=-1.0)
-        walker, _ = flow(setting, same.phase, start, steps=2)
+        walker, _ = flow(system, same.phase, start, steps=2)
         states.append([walker.clock[TIME] * unit, *walker.y[:2, 0], *(walker.y[2:4, 0] / unit)])
     assert np.array(states) == pytest.approx(np.array(states[:1] * 6), rel=1e-9, abs=1e-10)
 
@@ -247,10 +247,10 @@ def test_the_gaits_do_not_depend_on_a_unit_of_time() -> None:
 
 def test_what_never_touches_down_is_said_at_once() -> None:
     animal = load_animal("spring_loaded_inverted_pendulum")
-    setting = Setting(animal, math.pi / 2, animal.functions("P"))
-    body, legs, start = jets(setting, animal.phase, Start(5.2, -1.66))
+    system = System(animal, math.pi / 2, animal.functions("P"))
+    body, legs, start = jets(system, animal.phase, Start(5.2, -1.66))
     body[GRAVITY] = 0.0
-    status, walker, _ = run(body, legs, setting.side, setting.offset, NO_PUSH, start, 4, 1.0, 1e-10, 0, 0)
+    status, walker, _ = run(body, legs, system.side, system.offset, NO_PUSH, start, 4, 1.0, 1e-10, 0, 0)
     assert status == NO_TOUCHDOWN
     assert 0.0 < walker.clock[TIME] < 1.0
 
@@ -258,6 +258,6 @@ def test_what_never_touches_down_is_said_at_once() -> None:
 @pytest.mark.parametrize(("speed", "heading"), [(1.0, -1.6), (5.2, -2.9), (0.5, -3.0)])
 def test_a_body_that_falls_to_the_ground_says_so(speed: float, heading: float) -> None:
     animal = load_animal("spring_loaded_inverted_pendulum")
-    setting = Setting(animal, math.pi / 2, animal.functions("P"))
+    system = System(animal, math.pi / 2, animal.functions("P"))
     with pytest.raises(IntegrationError, match="the body falls to the ground"):
-        flow(setting, animal.phase, Start(speed, heading), steps=3)
+        flow(system, animal.phase, Start(speed, heading), steps=3)

@@ -78,7 +78,7 @@ def test_a_gait_repeats_itself(thesis_map: Cells) -> None:
     assert steps.velocity.sel(axis="lateral").values[1] == pytest.approx(
         -steps.velocity.sel(axis="lateral").values[0], abs=1e-8
     )
-    assert data.position.values[-1, 1] == pytest.approx(3 * 2 * gait.setting.step_length, abs=1e-9)
+    assert data.position.values[-1, 1] == pytest.approx(3 * 2 * gait.system.step_length, abs=1e-9)
 
 
 def test_swing_has_no_foot_and_no_force(thesis_map: Cells) -> None:

@@ -155,9 +155,9 @@ def test_a_rigid_body_runs_too(rigid_map: Cells) -> None:
     for gait in gaits:
         assert gait.residual < 1e-10 and gait.drift < 1e-7
         assert gait.invalid() is None
-        state, jacobian = complete_map(gait.setting, gait.phase, gait.start)
-        t_des = gait.setting.step_duration
-        speed, length = gait.speed * t_des, gait.setting.step_length
+        state, jacobian = complete_map(gait.system, gait.phase, gait.start)
+        t_des = gait.system.step_duration
+        speed, length = gait.speed * t_des, gait.system.step_length
         home = [speed, gait.heading, 0.0, length, gait.yaw, gait.yaw_rate * t_des, 2.0 * gait.yaw]
         assert state == pytest.approx(home, abs=1e-9)
         assert jacobian.shape == (7, 7)

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from legspring.layout import TIGHT
 
 from legspring import Animal, Gait, search_gaits
 from legspring.gait import Invalid
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import multipliers
 from legspring.returnmap import complete_map, reduced_map
-from legspring.setting import TIGHT
 from legspring.trial import GOAL, Trial
 from tests.conftest import Cells
 
@@ -62,12 +62,12 @@ def test_what_cannot_be_simulated_has_no_conditions(roach: Animal) -> None:
 def test_jacobians_are_those_of_the_return_maps(thesis_map: Cells, cell: tuple[float, float]) -> None:
     for gait in thesis_map[cell]:
         trial, candidate = seen_from(gait)
-        length = gait.setting.step_length
+        length = gait.system.step_length
         for which, what, units in (
             (reduced_map, "reduced", [length, 1.0]),
             (complete_map, "complete", [length, 1.0, length, length]),
         ):
-            _, jacobian = which(gait.setting, gait.phase, gait.start, accuracy=TIGHT)
+            _, jacobian = which(gait.system, gait.phase, gait.start, accuracy=TIGHT)
             seen = trial.look(candidate, what).jacobians[0]  # type: ignore[arg-type]
             assert seen == pytest.approx(jacobian * np.array(units) / np.array(units)[:, None], abs=1e-7)
         assert np.abs(multipliers(seen)) == pytest.approx(np.abs(gait.multipliers), abs=1e-6)
@@ -85,7 +85,7 @@ def test_costs_angles_and_liftoffs_are_those_of_gaits(thesis_map: Cells) -> None
 
 def liftoff_angle(gait: Gait, pair: int) -> float:
     """Angle (deg) between length and force-free length at lift-off, from the ends of their time series."""
-    moment = gait.liftoff[pair] * gait.setting.step_duration
+    moment = gait.liftoff[pair] * gait.system.step_duration
     run = gait.simulate(strides=1).isel(leg=gait.first_legs[pair])
     rows = np.flatnonzero((run.time.values < moment) & (run.time.values > 0.0))[-5:]
     rates = [
@@ -131,13 +131,13 @@ def test_strides_that_do_not_close_are_judged_alike(trial: Trial) -> None:
     verdicts = trial.look(candidates, "ends").is_gait
     reasons = set()
     for candidate, verdict in zip(candidates, verdicts, strict=True):
-        setting = trial.setting
+        system = trial.system
         stride = Gait(
-            animal=setting.animal,
-            slope=setting.slope,
+            animal=system.animal,
+            slope=system.slope,
             heading=trial.heading,
             family=trial.family,
-            speed=candidate[3] * setting.desired_speed,
+            speed=candidate[3] * system.desired_speed,
             phase=tuple(candidate[4:]),
             actuation=tuple(candidate[:3] * trial.lengths),
             residual=math.nan,
@@ -151,7 +151,7 @@ def test_strides_that_do_not_close_are_judged_alike(trial: Trial) -> None:
 
 def test_beside_is_the_same_at_another_heading(trial: Trial) -> None:
     other = trial.beside(0.2)
-    assert (other.heading, other.family, other.setting) == (0.2, "B", trial.setting)
+    assert (other.heading, other.family, other.system) == (0.2, "B", trial.system)
     here, there = trial.conditions(U, Z), other.conditions(U, Z)
     assert here is not None and there is not None
     assert there[0][1] != pytest.approx(here[0][1], abs=1e-3)

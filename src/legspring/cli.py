@@ -501,11 +501,11 @@ def check_strides(name: str, strides: float) -> None:
 
     animal = load_animal(name)
     with patience("loading"):
-        from legspring.setting import Setting
+        from legspring.layout import System
         from legspring.simulation import steps_in
 
     slope_deg, _ = animal.speed_law.domain_deg
-    steps_in(Setting(animal, math.radians(slope_deg), animal.functions(next(iter(animal.families)))), strides)
+    steps_in(System(animal, math.radians(slope_deg), animal.functions(next(iter(animal.families)))), strides)
 
 
 def check_figure(path: Path | None) -> None:

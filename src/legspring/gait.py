@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from legspring.kernel.walker import LIFTOFF, Floats, Tape, X, Y
+from legspring.layout import TIGHT, System
 from legspring.measures.cost import transport_cost, work_of_legs
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.robustness import Recovery, recover
@@ -17,7 +18,6 @@ from legspring.measures.stability import largest_magnitude, multipliers
 from legspring.model import Animal
 from legspring.repetition import departure
 from legspring.returnmap import IntegrationError, Start, complete_map, flow, reduced_map, step_ends
-from legspring.setting import TIGHT, Setting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -99,9 +99,9 @@ class Gait:
     displacement: tuple[float, float] | None = None
 
     @cached_property
-    def setting(self) -> Setting:
+    def system(self) -> System:
         """The animal on its slope, with this gait's legs."""
-        return Setting(self.animal, self.slope, self.animal.functions(self.family), self.actuation)
+        return System(self.animal, self.slope, self.animal.functions(self.family), self.actuation)
 
     @property
     def slope_deg(self) -> float:
@@ -111,14 +111,14 @@ class Gait:
     @property
     def start(self) -> Start:
         """Start of a step."""
-        turn = None if self.setting.mirrored else 0.0
+        turn = None if self.system.mirrored else 0.0
         return Start(self.speed, self.heading, self.displacement, self.yaw, self.yaw_rate, turn)
 
     @cached_property
     def tape(self) -> Tape:
         """One stride as the kernel recorded it."""
-        steps = self.setting.steps_per_stride
-        return flow(self.setting, self.phase, self.start, steps=steps, record=True, accuracy=TIGHT)[1]
+        steps = self.system.steps_per_stride
+        return flow(self.system, self.phase, self.start, steps=steps, record=True, accuracy=TIGHT)[1]
 
     @property
     def first_legs(self) -> tuple[int, ...]:
@@ -128,12 +128,12 @@ class Gait:
     @cached_property
     def liftoff(self) -> Floats:
         """Time from touch-down to lift-off of each pair of legs, in step durations; nan if there is none."""
-        unit = step_ends(self.setting, self.tape)[1]
+        unit = step_ends(self.system, self.tape)[1]
         return np.array([self._liftoff(leg)[0] for leg in self.first_legs]) / unit
 
     def _liftoff(self, leg: int) -> tuple[float, float]:
         """Time of the lift-off of a leg put down at time 0, and the rate of its gap then."""
-        end = step_ends(self.setting, self.tape)[-1]
+        end = step_ends(self.system, self.tape)[-1]
         for time, which, kind, _, rate in self.tape.events[: self.tape.counts[1]]:
             if which == leg and kind == LIFTOFF and 0.0 < time < end:
                 return float(time), float(rate)
@@ -155,12 +155,12 @@ class Gait:
         rows = self.tape.events[: self.tape.counts[1]]
         by_force = np.array([leg.stance is None for leg in self.animal.legs])[rows[:, 1].astype(int)]
         rates = np.abs(rows[(rows[:, 2] == LIFTOFF) & by_force, 4])
-        return float(rates.min() / self.setting.step_duration) if len(rates) else math.nan
+        return float(rates.min() / self.system.step_duration) if len(rates) else math.nan
 
     @property
     def grazes(self) -> bool:
         """Whether a leg leaves so slowly (below 1 % of v_des) that derivatives, and so stability, are doubtful."""
-        return self.grazing < GRAZING * self.setting.desired_speed
+        return self.grazing < GRAZING * self.system.desired_speed
 
     def invalid(self) -> tuple[Invalid, str] | None:
         """Say why this solution is no gait, and which leg is to blame (or more of the reason); None if it is one."""
@@ -173,16 +173,16 @@ class Gait:
             time, rate = self._liftoff(leg)
             if math.isnan(time):
                 return Invalid.NO_LIFTOFF, name
-            if rate * self.setting.functions[pair] > 0.0 and self.animal.legs[leg].stance is None:
+            if rate * self.system.functions[pair] > 0.0 and self.animal.legs[leg].stance is None:
                 return Invalid.WRONG_SIGN, name
-            if peak_magnitude(self.setting, self.tape, leg) < IDLE:
+            if peak_magnitude(self.system, self.tape, leg) < IDLE:
                 return Invalid.IDLE, name
-        for index, old in enumerate(self.animal.legs if not self.setting.event_driven else ()):
-            left_down = self.liftoff[self.setting.pair[index]] > 1.0
+        for index, old in enumerate(self.animal.legs if not self.system.event_driven else ()):
+            left_down = self.liftoff[self.system.pair[index]] > 1.0
             if old.offset == 1.0 and left_down != bool(self.tape.down[0, index]):
                 return Invalid.OLD_LEGS, old.name
         largest = float(np.max(np.abs(self.multipliers)))
-        found = departure(self.setting, self.phase, self.start, largest)
+        found = departure(self.system, self.phase, self.start, largest)
         if found is not None:
             return Invalid.DEPARTS, found.what
         if self.isolation < LEAST_ISOLATION:
@@ -197,7 +197,7 @@ class Gait:
         """
         if not self.animal.tuned:
             return math.nan
-        return largest_magnitude(reduced_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1])
+        return largest_magnitude(reduced_map(self.system, self.phase, self.start, accuracy=TIGHT)[1])
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -205,27 +205,27 @@ class Gait:
 
         What is `conserved` shows as a multiplier of 1.
         """
-        jacobian = complete_map(self.setting, self.phase, self.start, accuracy=TIGHT)[1]
-        return multipliers(jacobian, self.setting.mirrored)
+        jacobian = complete_map(self.system, self.phase, self.start, accuracy=TIGHT)[1]
+        return multipliers(jacobian, self.system.mirrored)
 
     @property
     def conserved(self) -> tuple[str, ...]:
-        """What no step changes, and so has a multiplier of 1 (see `legspring.setting.Setting.conserved`)."""
-        return self.setting.conserved
+        """What no step changes, and so has a multiplier of 1 (see `legspring.layout.System.conserved`)."""
+        return self.system.conserved
 
     @cached_property
     def work(self) -> Floats:
         """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``; nan at no distance."""
-        share = self.setting.step_length / self.distance if self.gets_on else math.nan
-        return work_of_legs(self.setting, self.tape) * share
+        share = self.system.step_length / self.distance if self.gets_on else math.nan
+        return work_of_legs(self.system, self.tape) * share
 
     @cached_property
     def distance(self) -> float:
         """How far a step gets, m: as far as desired where gaits are tuned to the desired speed."""
         if self.animal.tuned:
-            return self.setting.step_length
+            return self.system.step_length
         end = self.tape.touchdowns[1]
-        return float(abs(end[Y]) if self.setting.mirrored else math.hypot(end[X], end[Y]))
+        return float(abs(end[Y]) if self.system.mirrored else math.hypot(end[X], end[Y]))
 
     @property
     def gets_on(self) -> bool:
@@ -235,7 +235,7 @@ class Gait:
     @property
     def step_duration(self) -> float:
         """Duration of a step, s."""
-        return float(step_ends(self.setting, self.tape)[1] * self.setting.step_duration)
+        return float(step_ends(self.system, self.tape)[1] * self.system.step_duration)
 
     @property
     def mean_speed(self) -> float:
@@ -265,12 +265,12 @@ class Gait:
 
         Lateral and fore-aft, or horizontal and vertical in a side view; in units of m g.
         """
-        return np.array([peak_force(self.setting, self.tape, leg) for leg in self.first_legs])
+        return np.array([peak_force(self.system, self.tape, leg) for leg in self.first_legs])
 
     @cached_property
     def net_force(self) -> tuple[Floats, Floats]:
         """Largest and smallest sum of the legs' forces (x, y) during a step, in units of m g."""
-        return net_force(self.setting, self.tape)
+        return net_force(self.system, self.tape)
 
     @property
     def yaw_amplitude(self) -> float:
@@ -289,7 +289,7 @@ class Gait:
     def _turning(self) -> tuple[float, float]:
         from legspring.simulation import turning
 
-        return turning(self.setting, self.tape)
+        return turning(self.system, self.tape)
 
     def recover(self, impulse: float) -> Recovery:
         """Push the gait sideways, or fore-aft in a side view, and see whether it comes back.
@@ -304,10 +304,10 @@ class Gait:
         ValueError
             If the impulse is out of range, or the animal's legs do no work, so that it keeps what it is given.
         """
-        return recover(self.setting, self.phase, self.start, impulse)
+        return recover(self.system, self.phase, self.start, impulse)
 
     def simulate(self, strides: float = 2) -> "xr.Dataset":
         """Simulate the gait (see `legspring.simulate`)."""
         from legspring.simulation import simulation
 
-        return simulation(self.setting, self.phase, self.start, strides)
+        return simulation(self.system, self.phase, self.start, strides)

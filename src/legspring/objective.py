@@ -137,12 +137,12 @@ class Objective:
 
     def at(self, slope: float, heading: float) -> "Objective":
         """Return the same at another slope and heading."""
-        return Objective(self.trial.setting.animal, slope, heading, self.trial.family, self.goal, self.of)
+        return Objective(self.trial.system.animal, slope, heading, self.trial.family, self.goal, self.of)
 
     @property
     def floor(self) -> float:
         """What no gait can be better than: the work against gravity, sin(slope) (Eq. 4.1), or 0."""
-        return abs(math.sin(self.trial.setting.slope)) if self.goal == "efficiency" else 0.0
+        return abs(math.sin(self.trial.system.slope)) if self.goal == "efficiency" else 0.0
 
     def __call__(self, actuation: ArrayLike, near: Floats, beside: Floats | None = None) -> Score:
         """Evaluate the objective for some actuation at the gait near some unknowns.
@@ -166,11 +166,11 @@ class Objective:
             if score is not None:
                 return self._with_beside(score, beside)
         missing = Penalty(Constraint.FIXED_POINT, "", NO_GAIT + 2.0 * missing_fixed_point(squares))
-        return Score(ratio, None, None, 0.0, (*bound_penalties(self.trial.setting.animal, ratio), missing))
+        return Score(ratio, None, None, 0.0, (*bound_penalties(self.trial.system.animal, ratio), missing))
 
     def alone(self, ratio: Floats, z: Floats) -> Score | None:
         """Evaluate the objective at a solution without looking for the fixed point beside it; None if it is no gait."""
-        trial, animal = self.trial, self.trial.setting.animal
+        trial, animal = self.trial, self.trial.system.animal
         what: What = "cost" if self.goal == "efficiency" else self.of
         seen = trial.look(Candidate(ratio, z).point, what)
         if not seen.is_gait[0]:
@@ -229,7 +229,7 @@ class Objective:
 
     def active(self, score: Score) -> tuple[str, ...]:
         """Name the constraints that bind: those that are violated, and those that all but are."""
-        trial, pairs = self.trial, self.trial.setting.animal.pairs
+        trial, pairs = self.trial, self.trial.system.animal.pairs
         if score.unknowns is None:
             return ()
         seen = trial.look(Candidate(score.actuation, score.unknowns).point, "ends")
@@ -270,7 +270,7 @@ class Objective:
             return None
         trial = self.trial
         magnitudes = score.actuation * trial.lengths
-        problem = Problem(trial.setting.animal, trial.setting.slope, trial.heading, trial.family, magnitudes)
+        problem = Problem(trial.system.animal, trial.system.slope, trial.heading, trial.family, magnitudes)
         gait = problem.gait(score.unknowns)
         return gait if gait is not None and gait.invalid() is None else None
 

@@ -188,7 +188,7 @@ def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
 
 def from_around(objective: Objective, places: Sequence[tuple[float, float]], seed: int) -> list[End]:
     """Search from the optima of places around: gaits that are rare here may be found there, and followed from there."""
-    animal, slope, heading = objective.trial.setting.animal, objective.trial.setting.slope, objective.trial.heading
+    animal, slope, heading = objective.trial.system.animal, objective.trial.system.slope, objective.trial.heading
     ends: list[End] = []
     for change_deg, turn in places:
         try:
@@ -204,7 +204,7 @@ def from_around(objective: Objective, places: Sequence[tuple[float, float]], see
 
 def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
     """Search from an optimum of another place by way of what lies in between; return the ends, the best first."""
-    start, target = (np.array([o.trial.setting.slope, o.trial.heading]) for o in (origin, objective))
+    start, target = (np.array([o.trial.system.slope, o.trial.heading]) for o in (origin, objective))
     count = max(LEAST_HALTS, round(abs(float(target[0] - start[0])) / HALT))
     for share in (np.arange(count) + 1.0) / count:
         halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
@@ -436,7 +436,7 @@ def thesis_search(objective: Objective, candidates: Sequence[Candidate]) -> Opti
     """Search as the thesis does, from the best candidate; for efficiency, by way of the most stable gait."""
     trial, problem = objective.trial, objective.trial.problem
     stability = Objective(
-        trial.setting.animal, trial.setting.slope, problem.heading, problem.family, "stability", "reduced"
+        trial.system.animal, trial.system.slope, problem.heading, problem.family, "stability", "reduced"
     )
     starts = rank(stability, candidates)
     if not starts:

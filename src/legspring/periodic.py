@@ -16,9 +16,9 @@ from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.newton import FASTEST, SLOWEST
 from legspring.kernel.walker import EVALUATIONS, Floats
+from legspring.layout import System
 from legspring.model import Animal
 from legspring.returnmap import IntegrationError, Start, flow, image_of, state_names
-from legspring.setting import Setting
 from legspring.solve import BaseProblem, Solutions, check_offsets, spread
 
 BROKEN = 1e3
@@ -47,22 +47,22 @@ class PeriodicProblem(BaseProblem):
     """
 
     def __init__(self, animal: Animal, slope: float, family: str) -> None:
-        self.setting = Setting(animal, slope, animal.functions(family))
+        self.system = System(animal, slope, animal.functions(family))
         self.family = family
         self._check_steps()
-        self.names = state_names(self.setting, memory=not self.setting.event_driven)
+        self.names = state_names(self.system, memory=not self.system.event_driven)
         # Where energy is conserved, the speed comes back if the rest does.
-        kept = {"speed"} if "energy" in self.setting.conserved else set()
+        kept = {"speed"} if "energy" in self.system.conserved else set()
         # A body that nothing turns is one that does not turn, and any yaw will do; so it does where all directions are
         # alike. That the body does not turn there is left to `legspring.repetition`.
-        if "yaw_rate" in self.setting.conserved:
+        if "yaw_rate" in self.system.conserved:
             kept |= {"yaw", "yaw_rate"}
-        elif self.setting.isotropic and not self.setting.mirrored:
+        elif self.system.isotropic and not self.system.mirrored:
             kept.add("yaw")
         self.free = [name for name in self.names if name not in kept]
-        length = self.setting.step_length
+        length = self.system.step_length
         units = dict.fromkeys(("speed", "Dx", "Dy"), length)
-        if self.setting.event_driven:
+        if self.system.event_driven:
             # The step duration is a unit of time that somebody has chosen: turning is measured by the speed.
             units["yaw_rate"] = length / max(leg.length for leg in animal.legs)
         self._units = [units.get(name, 1.0) for name in self.names]
@@ -70,8 +70,8 @@ class PeriodicProblem(BaseProblem):
 
     def _check_steps(self) -> None:
         """Insist on steps that either mirror one another or are all alike."""
-        animal = self.setting.animal
-        if self.setting.steps_per_stride == 2:
+        animal = self.system.animal
+        if self.system.steps_per_stride == 2:
             check_offsets(animal)
         elif any(leg.offset for leg in animal.legs):
             raise ValueError(
@@ -85,7 +85,7 @@ class PeriodicProblem(BaseProblem):
 
     def starts(self, count: int) -> Floats:
         """Return starting points spread evenly over where gaits may be: ``(count, size)``."""
-        ranges = RANGES if self.setting.mirrored else RANGES | {"heading": (-math.pi, math.pi)}
+        ranges = RANGES if self.system.mirrored else RANGES | {"heading": (-math.pi, math.pi)}
         low, high = np.array([ranges[name] for name in self.free]).T
         return spread(count, low, high)
 
@@ -95,7 +95,7 @@ class PeriodicProblem(BaseProblem):
         state = dict(units)
         state |= {name: 0.0 for name in ("heading", "yaw", "yaw_rate") if name in state}
         state |= {name: units[name] * value for name, value in zip(self.free, z.tolist(), strict=True)}
-        duration = self.setting.step_duration
+        duration = self.system.step_duration
         displacement = (state["Dx"], state["Dy"]) if "Dx" in state else None
         yaws = {"yaw": state["yaw"], "yaw_rate": state["yaw_rate"] / duration} if "yaw" in state else {}
         turn = state.get("turn", 0.0)
@@ -114,14 +114,14 @@ class PeriodicProblem(BaseProblem):
         broken = np.full(self.size, BROKEN), np.eye(self.size)
         if not self._in_range(z):
             return *broken, 0
-        start, phase = self.start(z), self.setting.animal.phase
+        start, phase = self.start(z), self.system.animal.phase
         try:
-            walker, _ = flow(self.setting, phase, start, along=self.names, accuracy=accuracy)
+            walker, _ = flow(self.system, phase, start, along=self.names, accuracy=accuracy)
         except IntegrationError as error:
             return *broken, error.evaluations
         except ValueError:
             return *broken, 0
-        image, jacobian = image_of(self.setting, start, self.names, walker.y)
+        image, jacobian = image_of(self.system, start, self.names, walker.y)
         units = np.array(self._units)
         by = jacobian * units / units[:, None]
         left = image[self._rows] / units[self._rows] - z
@@ -172,14 +172,14 @@ class PeriodicProblem(BaseProblem):
         z = z.copy()
         for column, name in enumerate(self.free):
             if name in ANGLES:
-                turn = math.pi if name == "yaw" and self.setting.isotropic else 2.0 * math.pi
+                turn = math.pi if name == "yaw" and self.system.isotropic else 2.0 * math.pi
                 z[..., column] = 0.5 * turn - (0.5 * turn - z[..., column]) % turn
         return z
 
     def unknowns(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""
-        start = gait.start.in_kernel_units(self.setting)
-        turn = 2.0 * gait.yaw if self.setting.mirrored else 0.0
+        start = gait.start.in_kernel_units(self.system)
+        turn = 2.0 * gait.yaw if self.system.mirrored else 0.0
         values = dict(zip(("speed", "heading", "Dx", "Dy", "yaw", "yaw_rate", "turn"), start, strict=True)) | {
             "turn": turn
         }
@@ -198,15 +198,15 @@ class PeriodicProblem(BaseProblem):
 
     def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
         """Return unknowns in the form of a gait, whether they are one or not."""
-        setting, start = self.setting, self.start(z)
+        system, start = self.system, self.start(z)
         return Gait(
-            animal=setting.animal,
-            slope=setting.slope,
+            animal=system.animal,
+            slope=system.slope,
             heading=start.heading,
             family=self.family,
             speed=start.speed,
-            phase=setting.animal.phase,
-            actuation=setting.animal.actuation,
+            phase=system.animal.phase,
+            actuation=system.animal.actuation,
             residual=residual,
             yaw=start.yaw,
             yaw_rate=start.yaw_rate,

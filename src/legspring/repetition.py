@@ -30,8 +30,8 @@ from legspring.kernel.walker import (
     Walker,
     X,
 )
+from legspring.layout import System
 from legspring.returnmap import IntegrationError, Start, flow
-from legspring.setting import Setting
 
 STRIDES = 2
 ACCURACY = 3e-13
@@ -67,12 +67,12 @@ class Departure(NamedTuple):
     what: str
 
 
-def departure(setting: Setting, phase: ArrayLike, start: Start, growth: float = 1.0) -> Departure | None:
+def departure(system: System, phase: ArrayLike, start: Start, growth: float = 1.0) -> Departure | None:
     """Follow a motion for two strides; say what does not come back, if there is something.
 
     Parameters
     ----------
-    setting, phase, start
+    system, phase, start
         The motion.
     growth
         By how much a small departure may grow in a stride: the largest magnitude of a multiplier.
@@ -83,30 +83,30 @@ def departure(setting: Setting, phase: ArrayLike, start: Start, growth: float = 
         None if everything comes back to within 1e-8 max(1, growth^2), and within 1e-3 at the most.
     """
     allowed = min(CLOSE * max(1.0, growth**STRIDES), FARTHEST) if math.isfinite(growth) else FARTHEST
-    first = moment(setting, flow(setting, phase, start, steps=0)[0])
-    for step in range(1, STRIDES * setting.steps_per_stride + 1):
+    first = moment(system, flow(system, phase, start, steps=0)[0])
+    for step in range(1, STRIDES * system.steps_per_stride + 1):
         try:
-            walker = flow(setting, phase, start, steps=step, accuracy=ACCURACY)[0]
+            walker = flow(system, phase, start, steps=step, accuracy=ACCURACY)[0]
         except IntegrationError as error:
             return Departure(math.inf, f"in step {step} it {error}")
-        now = moment(setting, walker)
-        if setting.mirrored and step % 2:
-            now = mirrored(setting, now)
-        for found in departures(setting, first, now):
+        now = moment(system, walker)
+        if system.mirrored and step % 2:
+            now = mirrored(system, now)
+        for found in departures(system, first, now):
             if not found.amount <= allowed:
                 return Departure(found.amount, f"after {step} step{'s' if step > 1 else ''} {found.what}")
     return None
 
 
-def departures(setting: Setting, first: Moment, now: Moment) -> Iterator[Departure]:
+def departures(system: System, first: Moment, now: Moment) -> Iterator[Departure]:
     """Compare everything, one after the other; the contacts first, as the rest depends on them."""
-    names = np.array([leg.name for leg in setting.animal.legs])
-    speed, length = math.hypot(*first.velocity), max(leg.length for leg in setting.animal.legs)
+    names = np.array([leg.name for leg in system.animal.legs])
+    speed, length = math.hypot(*first.velocity), max(leg.length for leg in system.animal.legs)
     for words, here, there in (("is down", now, first), ("is up", first, now)):
         for leg in np.flatnonzero(here.down & ~there.down):
             # A leg that is just about to lift off, or has just done so, makes no difference.
             yield Departure(here.loads[leg] / length, f"{names[leg]} {words}, which was not so at the start")
-    scale = 1.0 / setting.step_duration
+    scale = 1.0 / system.step_duration
     (vx, vy), (ux, uy) = now.velocity * scale, first.velocity * scale
     off = float(np.max(np.abs(now.velocity - first.velocity))) / speed
     yield Departure(off, f"the velocity is ({vx:.6g}, {vy:.6g}) m/s, and not ({ux:.6g}, {uy:.6g})")
@@ -120,20 +120,20 @@ def departures(setting: Setting, first: Moment, now: Moment) -> Iterator[Departu
     yield Departure(abs(now.height - first.height) / length, f"the height is off by {now.height - first.height:.3g} m")
     for name, gap in zip(names[both], (now.feet - first.feet)[both], strict=True):
         yield Departure(float(np.max(np.abs(gap))) / length, f"the foot of {name} is {np.hypot(*gap):.3g} m off")
-    if "energy" in setting.conserved:
+    if "energy" in system.conserved:
         off = abs(now.energy - first.energy) / first.energy
         yield Departure(off, f"the kinetic and spring energy is off by a share of {off:.3g}")
 
 
-def moment(setting: Setting, w: Walker) -> Moment:
+def moment(system: System, w: Walker) -> Moment:
     """Look at a walker; in the kernel's units."""
     y, stance = w.y[:, 0], w.stance[:, :, 0]
     down, place = w.contacts[:, DOWN] != 0.0, y[X : X + 2]
-    yaws = setting.rows == 6
+    yaws = system.rows == 6
     yaw, rate = (float(y[YAW]), float(y[YAW_RATE])) if yaws else (0.0, 0.0)
     feet = stance[:, FOOT_X : FOOT_X + 2] - place
     # Where nothing stands on a ground, there are no heights.
-    level = w.contacts[:, LEVEL] if setting.animal.sagittal else np.full(len(feet), math.nan)
+    level = w.contacts[:, LEVEL] if system.animal.sagittal else np.full(len(feet), math.nan)
     depths = np.nan_to_num(feet[:, 1] + place[1] - level)
     height = float(np.nan_to_num(place[1] - level[0]))
     energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stance[:, SPRING] * w.gaps[0, :, 0] ** 2)[down]))
@@ -144,12 +144,12 @@ def moment(setting: Setting, w: Walker) -> Moment:
     return Moment(y[VX : VX + 2].copy(), yaw, rate, down, loads, feet, height, depths, 0.5 * energy)
 
 
-def mirrored(setting: Setting, m: Moment) -> Moment:
+def mirrored(system: System, m: Moment) -> Moment:
     """Return the mirror image of a moment, each leg in the place of the other one of its pair.
 
     From the side, an image would run backwards: there steps have to be alike.
     """
-    legs, side = list(setting.animal.partners), 1.0 if setting.animal.sagittal else -1.0
+    legs, side = list(system.animal.partners), 1.0 if system.animal.sagittal else -1.0
     flip = np.array([side, 1.0])
     return m._replace(
         velocity=m.velocity * flip,

@@ -36,7 +36,7 @@ from legspring.kernel.walker import (
     X,
     Y,
 )
-from legspring.setting import ACCURACY, Setting
+from legspring.layout import ACCURACY, System
 
 NO_PUSH = np.zeros((0, 3))
 START_ROWS = {
@@ -110,24 +110,24 @@ class Start:
     yaw_rate: float = 0.0
     turn: float | None = None
 
-    def in_kernel_units(self, setting: Setting) -> Floats:
+    def in_kernel_units(self, system: System) -> Floats:
         """Return the kernel's start, ``(7,)``."""
         # No displacement at all tells the kernel that no leg of the step before is down.
-        default = (0.0, 0.0 if setting.event_driven else setting.step_length)
+        default = (0.0, 0.0 if system.event_driven else system.step_length)
         dx, dy = default if self.displacement is None else self.displacement
         turn = 2.0 * self.yaw if self.turn is None else self.turn
-        t_des = setting.step_duration
+        t_des = system.step_duration
         return np.array([self.speed * t_des, self.heading, dx, dy, self.yaw, self.yaw_rate * t_des, turn])
 
 
 def jets(
-    setting: Setting, phase: ArrayLike, start: Start, along: Sequence[Direction] = ()
+    system: System, phase: ArrayLike, start: Start, along: Sequence[Direction] = ()
 ) -> tuple[Floats, Floats, Floats]:
     """Return body, legs and start for the kernel, with their derivatives along some directions.
 
     Parameters
     ----------
-    setting, phase, start
+    system, phase, start
         See `flow`.
     along
         Directions: ``"speed"``, ``"heading"``, ``"Dx"``, ``"Dy"``, ``"yaw"``, ``"yaw_rate"``, ``"turn"`` of the start;
@@ -140,23 +140,23 @@ def jets(
     ValueError
         For an unknown direction, or a start that is not one.
     """
-    values = start.in_kernel_units(setting)
+    values = start.in_kernel_units(system)
     if not np.all(np.isfinite(values)) or values[0] <= 0.0:
         raise ValueError(f"{start}: must have a positive speed and finite numbers")
-    if setting.rows == 4 and np.any(values[[rows.START_YAW, rows.START_YAW_RATE, rows.TURN]] != 0.0):
+    if system.rows == 4 and np.any(values[[rows.START_YAW, rows.START_YAW_RATE, rows.TURN]] != 0.0):
         raise ValueError(f"yaw = {start.yaw!r}, yaw_rate = {start.yaw_rate!r}: must be 0 for a body whose yaw is held")
-    animal, width = setting.animal, 1 + len(along)
+    animal, width = system.animal, 1 + len(along)
     start_jet = np.zeros((rows.N_START, width))
     legs = np.zeros((len(animal.legs), N_LEG, width))
     body = np.zeros((2, width))
-    start_jet[:, 0], legs[:, :, 0], body[:, 0] = values, setting.legs(phase), setting.body
+    start_jet[:, 0], legs[:, :, 0], body[:, 0] = values, system.legs(phase), system.body
     for d, direction in enumerate(along, start=1):
         match direction:
             case str(name) if name in START_ROWS:
                 start_jet[START_ROWS[name], d] = 1.0
             case (name, pair) if name in LEG_ROWS and pair in animal.pairs:
                 for i, leg in enumerate(animal.legs):
-                    mirrored = {"actuation": setting.side[i], "angle": 1.0 if i in animal.first_legs else -1.0}
+                    mirrored = {"actuation": system.side[i], "angle": 1.0 if i in animal.first_legs else -1.0}
                     legs[i, LEG_ROWS[name], d] = mirrored.get(name, 1.0) if leg.pair == pair else 0.0
             case _:
                 valid = f"one of {', '.join(START_ROWS)}, or one of {', '.join(LEG_ROWS)} with a pair of legs"
@@ -165,7 +165,7 @@ def jets(
 
 
 def flow(
-    setting: Setting,
+    system: System,
     phase: ArrayLike,
     start: Start,
     *,
@@ -181,7 +181,7 @@ def flow(
 
     Parameters
     ----------
-    setting, phase
+    system, phase
         The animal on its slope, and the phase of each pair of legs, rad.
     start
         Where from.
@@ -209,28 +209,28 @@ def flow(
     """
     if not 0 <= steps <= MOST_STEPS_AT_ONCE:
         raise ValueError(f"steps = {steps!r}: must be from 0 to {MOST_STEPS_AT_ONCE}")
-    body, legs, start_jet = jets(setting, phase, start, along)
-    scale, end, rows = setting.error_scale(accuracy), float(steps), setting.rows
+    body, legs, start_jet = jets(system, phase, start, along)
+    scale, end, rows = system.error_scale(accuracy), float(steps), system.rows
     room = 60 * steps + 60 if record else 0
     status = TAPE_FULL
     while status == TAPE_FULL:
         status, walker, tape = run(
-            body, legs, setting.side, setting.offset, push, start_jet, rows, end, scale, room, room // 2
+            body, legs, system.side, system.offset, push, start_jet, rows, end, scale, room, room // 2
         )
         room *= 2
     if status in REASONS:
-        time = walker.clock[TIME] * setting.step_duration
+        time = walker.clock[TIME] * system.step_duration
         raise IntegrationError(f"stopped at t = {time:.6g} s: {REASONS[status]}", int(walker.clock[EVALUATIONS]))
     return walker, tape
 
 
-def step_ends(setting: Setting, tape: Tape) -> Floats:
+def step_ends(system: System, tape: Tape) -> Floats:
     """Return the times between the steps on a tape, its start and end among them, in step durations."""
     count = len(tape.touchdowns)
-    if not setting.event_driven:
+    if not system.event_driven:
         return np.arange(float(count))
     time, leg, kind = tape.events[: tape.counts[1], :3].T
-    ending = (kind == TOUCHDOWN) & np.isin(setting.offset[leg.astype(int)], (0.0, 1.0))
+    ending = (kind == TOUCHDOWN) & np.isin(system.offset[leg.astype(int)], (0.0, 1.0))
     return np.unique([0.0, *time[ending]])[:count]
 
 
@@ -245,14 +245,14 @@ def speed_and_heading(y: Floats) -> Floats:
     return out
 
 
-def state_names(setting: Setting, memory: bool) -> list[str]:
+def state_names(system: System, memory: bool) -> list[str]:
     """Name what the complete map maps; with or without memory of the step before."""
     names = ["speed", "heading"] + (["Dx", "Dy"] if memory else [])
-    return names + (["yaw", "yaw_rate"] + (["turn"] if memory else []) if setting.rows == 6 else [])
+    return names + (["yaw", "yaw_rate"] + (["turn"] if memory else []) if system.rows == 6 else [])
 
 
 def complete_map(
-    setting: Setting, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
+    system: System, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
 ) -> tuple[Floats, Floats]:
     """Map the complete state at a touch-down to that one step later, mirrored.
 
@@ -266,27 +266,25 @@ def complete_map(
     state, jacobian
         ``(n,)`` and ``(n, n)``, n from 2 to 7.
     """
-    names = state_names(setting, start.displacement is not None or not setting.event_driven)
-    return image_of(setting, start, names, flow(setting, phase, start, along=names, accuracy=accuracy)[0].y)
+    names = state_names(system, start.displacement is not None or not system.event_driven)
+    return image_of(system, start, names, flow(system, phase, start, along=names, accuracy=accuracy)[0].y)
 
 
-def image_of(setting: Setting, start: Start, names: Sequence[str], y: Floats) -> tuple[Floats, Floats]:
+def image_of(system: System, start: Start, names: Sequence[str], y: Floats) -> tuple[Floats, Floats]:
     """Return what `complete_map` does, from the state at the end of a step, with derivatives along ``names``."""
     speed, heading = speed_and_heading(y)
     images = {"speed": speed, "heading": heading, "Dx": y[X], "Dy": y[Y]}
-    if setting.rows == 6:
+    if system.rows == 6:
         turn = y[YAW].copy()
         turn[0] -= start.yaw
         turn[1 + names.index("yaw")] -= 1.0
         images |= {"yaw": y[YAW], "yaw_rate": y[YAW_RATE], "turn": turn}
-    side = -1.0 if setting.mirrored else 1.0
+    side = -1.0 if system.mirrored else 1.0
     image = np.array([images[name] * (1.0 if name in ("speed", "Dy") else side) for name in names])
     return image[:, 0], image[:, 1:]
 
 
-def reduced_map(
-    setting: Setting, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY
-) -> tuple[Floats, Floats]:
+def reduced_map(system: System, phase: ArrayLike, start: Start, *, accuracy: float = ACCURACY) -> tuple[Floats, Floats]:
     """Map (speed, heading) to itself over a stride, every start rebuilding the old feet: the thesis's stability map.
 
     A yawing body adds (yaw, yaw rate). Lengths in m, times in step durations.
@@ -296,9 +294,9 @@ def reduced_map(
     state, jacobian
         ``(n,)`` and ``(n, n)``, n = 2 or 4.
     """
-    yaws = setting.rows == 6
+    yaws = system.rows == 6
     along = ["speed", "heading"] + (["yaw", "yaw_rate", "turn"] if yaws else [])
-    y = flow(setting, phase, start, steps=2, along=along, accuracy=accuracy)[0].y
+    y = flow(system, phase, start, steps=2, along=along, accuracy=accuracy)[0].y
     if yaws:
         # Rebuilding the old feet, a change of yaw is one of the turn before, too.
         y[:, 3] += 2.0 * y[:, 5]

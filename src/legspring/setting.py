@@ -42,7 +42,7 @@ def trigger(leg: Leg, names: Sequence[str]) -> float:
 
 
 @dataclass(frozen=True)
-class Setting:
+class System:
     """An animal on a slope, with a function for each pair of legs and an actuation.
 
     Parameters

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector, shown
 from legspring.kernel.measure import leg_series, state_series
 from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
+from legspring.layout import ACCURACY, System, slope_for
 from legspring.model import Animal
 from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow, step_ends
-from legspring.setting import ACCURACY, Setting, slope_for
 
 SAMPLES = 100
 """Samples a step."""
@@ -27,15 +27,15 @@ def states_at(tape: Tape, times: Floats) -> tuple[Floats, NDArray[np.intp]]:
     return out[:, :, 0], index
 
 
-def turning(setting: Setting, tape: Tape) -> tuple[float, float]:
+def turning(system: System, tape: Tape) -> tuple[float, float]:
     """Largest yaw (rad) and largest moment about the centre of mass (N m), either way, in the first step of a tape.
 
     Among as many samples as a simulation has.
     """
-    s = np.linspace(0.0, step_ends(setting, tape)[1], SAMPLES + 1)
+    s = np.linspace(0.0, step_ends(system, tape)[1], SAMPLES + 1)
     y, index = states_at(tape, s)
     y = _with_yaw(y)
-    _, moment, _ = _legs(setting, tape, s, y, index)["moment"]
+    _, moment, _ = _legs(system, tape, s, y, index)["moment"]
     return float(np.max(np.abs(y[:, 4]))), float(np.max(np.abs(moment)))
 
 
@@ -45,54 +45,54 @@ def _with_yaw(y: Floats) -> Floats:
 
 
 def simulation(
-    setting: Setting, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
+    system: System, phase: ArrayLike, start: Start, strides: float, *, accuracy: float = ACCURACY
 ) -> xr.Dataset:
-    """Simulate an animal in its setting; see `simulate` for the result."""
-    steps = steps_in(setting, strides)
-    walker, tape = flow(setting, phase, start, steps=steps, record=True, accuracy=accuracy)
+    """Simulate an animal in its system; see `simulate` for the result."""
+    steps = steps_in(system, strides)
+    walker, tape = flow(system, phase, start, steps=steps, record=True, accuracy=accuracy)
     s = np.linspace(0.0, walker.clock[TIME], steps * SAMPLES + 1)
     y, index = states_at(tape, s)
     y = _with_yaw(y)
-    rate = 1.0 / setting.step_duration
+    rate = 1.0 / system.step_duration
     return xr.Dataset(
         {
             "position": (("time", "axis"), y[:, :2], _about("m", "centre of mass")),
             "velocity": (("time", "axis"), y[:, 2:4] * rate, _about("m/s", "velocity of the centre of mass")),
             "yaw": ("time", y[:, 4], _about("rad", "yaw, counter-clockwise from uphill")),
             "yaw_rate": ("time", y[:, 5] * rate, _about("rad/s", "yaw rate")),
-            **_legs(setting, tape, s, y, index),
-            **_events(setting, tape),
+            **_legs(system, tape, s, y, index),
+            **_events(system, tape),
             "leg_function": (
                 "pairs",
-                ["push" if side < 0 else "pull" for side in setting.functions],
+                ["push" if side < 0 else "pull" for side in system.functions],
                 {"long_name": "what the legs of a pair do"},
             ),
-            "phase": ("pairs", checked_vector("phase", phase, len(setting.animal.pairs)), _about("rad", "phase")),
-            "actuation": ("pairs", np.array(setting.actuation), _about("m", "magnitude of the actuation")),
+            "phase": ("pairs", checked_vector("phase", phase, len(system.animal.pairs)), _about("rad", "phase")),
+            "actuation": ("pairs", np.array(system.actuation), _about("m", "magnitude of the actuation")),
         },
         coords={
-            "time": ("time", s * setting.step_duration, _about("s", "time")),
-            "axis": list(setting.axes),
-            "leg": [leg.name for leg in setting.animal.legs],
-            "pairs": list(setting.animal.pairs),
-            "pair": ("leg", [leg.pair for leg in setting.animal.legs], {"long_name": "pair that the leg belongs to"}),
+            "time": ("time", s * system.step_duration, _about("s", "time")),
+            "axis": list(system.axes),
+            "leg": [leg.name for leg in system.animal.legs],
+            "pairs": list(system.animal.pairs),
+            "pair": ("leg", [leg.pair for leg in system.animal.legs], {"long_name": "pair that the leg belongs to"}),
         },
         attrs={
-            "animal": setting.animal.name,
-            "view": "side" if setting.animal.sagittal else "above",
-            "slope_deg": math.degrees(setting.slope),
+            "animal": system.animal.name,
+            "view": "side" if system.animal.sagittal else "above",
+            "slope_deg": math.degrees(system.slope),
             "heading": start.heading,
             "speed": start.speed,
-            "desired_speed": setting.desired_speed,
+            "desired_speed": system.desired_speed,
             # Where steps end at touch-downs, they last as long as they do.
-            "step_duration": setting.step_duration * (s[-1] / steps if setting.event_driven else 1.0),
+            "step_duration": system.step_duration * (s[-1] / steps if system.event_driven else 1.0),
         },
     )
 
 
-def steps_in(setting: Setting, strides: float) -> int:
+def steps_in(system: System, strides: float) -> int:
     """Return the number of steps in so many strides; raise ValueError if they cannot be simulated."""
-    per_stride = setting.steps_per_stride
+    per_stride = system.steps_per_stride
     number = per_stride * checked_positive("strides", strides)
     steps = round(number)
     if abs(steps - number) > 1e-9 or not 1 <= steps <= MOST_STEPS_AT_ONCE:
@@ -106,7 +106,7 @@ def _about(units: str, name: str) -> dict[str, str]:
 
 
 def _legs(
-    setting: Setting, tape: Tape, s: Floats, y: Floats, index: NDArray[np.intp]
+    system: System, tape: Tape, s: Floats, y: Floats, index: NDArray[np.intp]
 ) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
     """Feet, lengths and forces of the legs, missing in swing, where the force is zero; and the moment of all."""
     stance = tape.stance[index, :, :, 0]
@@ -117,14 +117,14 @@ def _legs(
     foot = stance[:, :, FOOT_X : FOOT_X + 2]
     reach = foot - y[:, None, :2] - hips
     length = np.hypot(reach[..., 0], reach[..., 1])
-    free, force = np.moveaxis(leg_series(tape, index, s, y[:, : setting.rows]), -1, 0)
+    free, force = np.moveaxis(leg_series(tape, index, s, y[:, : system.rows]), -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        pull = np.where(down, force / (setting.weight * length), 0.0)
+        pull = np.where(down, force / (system.weight * length), 0.0)
     missing = np.where(down, 1.0, np.nan)
     force = pull[..., None] * reach
     arm = foot - y[:, None, :2]
     moment = np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0], axis=1)
-    weight = setting.animal.body.mass * setting.animal.gravity
+    weight = system.animal.body.mass * system.animal.gravity
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
         "hip": (("time", "leg", "axis"), y[:, None, :2] + hips, _about("m", "hip")),
@@ -136,17 +136,15 @@ def _legs(
     }
 
 
-def _events(
-    setting: Setting, tape: Tape
-) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
+def _events(system: System, tape: Tape) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
     rows = tape.events[: int(tape.counts[1])]
-    names = np.array([leg.name for leg in setting.animal.legs])
+    names = np.array([leg.name for leg in system.animal.legs])
     kinds = np.where(rows[:, 2] == LIFTOFF, "lift-off", "touch-down")
     states = tape.y[rows[:, 3].astype(int), :2, 0]
     return {
         "event_time": (
             "event",
-            rows[:, 0] * setting.step_duration,
+            rows[:, 0] * system.step_duration,
             _about("s", "time of a touch-down or lift-off"),
         ),
         "event_leg": ("event", names[rows[:, 1].astype(int)], {"long_name": "whose event it is"}),
@@ -214,7 +212,7 @@ def simulate(
         If a leg collapses, for instance.
     """
     functions = animal.functions(only_family(animal) if family is None else family)
-    setting = Setting(animal, slope_for(animal, slope, slope_deg), functions, actuation)
+    system = System(animal, slope_for(animal, slope, slope_deg), functions, actuation)
     start = Start(
         checked_positive("speed", speed),
         # Gaits that are not tuned to a heading may have any.
@@ -224,7 +222,7 @@ def simulate(
         checked_number("yaw_rate", yaw_rate),
     )
     phases = given_phase(animal) if phase is None else phase
-    return simulation(setting, phases, start, strides, accuracy=accuracy)
+    return simulation(system, phases, start, strides, accuracy=accuracy)
 
 
 def only_family(animal: Animal) -> str:

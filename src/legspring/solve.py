@@ -27,10 +27,10 @@ from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
 from legspring.kernel.newton import gait_conditions
 from legspring.kernel.walker import EVALUATIONS, Floats
+from legspring.layout import ACCURACY, TIGHT, System, slope_for
 from legspring.model import Animal
 from legspring.progress import progress_bar
 from legspring.returnmap import Direction, Start, flow, jets
-from legspring.setting import ACCURACY, TIGHT, Setting, slope_for
 
 STARTS = 96
 """Starts for each family."""
@@ -160,7 +160,7 @@ def spread(count: int, low: Floats, high: Floats) -> Floats:
 class BaseProblem(ABC):
     """Conditions of a gait, ready to be solved; the unknowns are a vector."""
 
-    setting: Setting
+    system: System
     family: str
     finest, goal = TIGHT, GOAL
     """Accuracy and largest residual of gaits."""
@@ -293,44 +293,44 @@ class Problem(BaseProblem):
                 f"phase = {given[0].phase!r} of pair {given[0].pair!r} of animal {animal.name!r}: must be left out, or "
                 "given for all pairs; the conditions of a gait at a given heading fix all three phases"
             )
-        self.setting = Setting(animal, slope, animal.functions(family), actuation)
+        self.system = System(animal, slope, animal.functions(family), actuation)
         self.heading = checked_angle("heading", heading, math.pi / 2)
         self.family = family
-        setting = self.setting
+        system = self.system
         check_offsets(animal)
         self._walker, self._start = newton.new_problem(
-            setting.body,
-            setting.legs(np.zeros(len(animal.pairs))),
-            setting.side,
-            setting.offset,
-            setting.pair,
+            system.body,
+            system.legs(np.zeros(len(animal.pairs))),
+            system.side,
+            system.offset,
+            system.pair,
             self.heading,
-            setting.step_length,
-            setting.rows,
+            system.step_length,
+            system.rows,
         )
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return 1 + len(self.setting.animal.pairs) + (2 if self.setting.rows == 6 else 0)
+        return 1 + len(self.system.animal.pairs) + (2 if self.system.rows == 6 else 0)
 
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
 
         Only legs as the thesis has them begin with a force whose sign the phase decides.
         """
-        setting, fastest = self.setting, SPEED_RANGE[1] * self.setting.step_length
-        spin = YAW_RANGE[1] if setting.rows == 6 else 0.0
-        bound = np.full(len(setting.actuation), -1.0)
+        system, fastest = self.system, SPEED_RANGE[1] * self.system.step_length
+        spin = YAW_RANGE[1] if system.rows == 6 else 0.0
+        bound = np.full(len(system.actuation), -1.0)
         for leg, pair, side, offset in zip(
-            setting.animal.legs, setting.animal.pair_of, setting.side, setting.offset, strict=True
+            system.animal.legs, system.animal.pair_of, system.side, system.offset, strict=True
         ):
-            if offset == 0.0 and setting.actuation[pair] > 0.0 and leg.plain:
+            if offset == 0.0 and system.actuation[pair] > 0.0 and leg.plain:
                 along = side * math.cos(leg.angle - self.heading)
-                speed = fastest if along < 0.0 else SPEED_RANGE[0] * setting.step_length
+                speed = fastest if along < 0.0 else SPEED_RANGE[0] * system.step_length
                 lever = leg.hip[0] * math.cos(leg.angle) + leg.hip[1] * math.sin(leg.angle)
                 rate = along * speed - abs(lever) * spin
-                bound[pair] = rate / (math.pi * setting.actuation[pair]) - SLACK
+                bound[pair] = rate / (math.pi * system.actuation[pair]) - SLACK
         bound[bound > 1.0] = math.nan
         return np.arccos(np.clip(bound, -1.0, 1.0))
 
@@ -346,16 +346,16 @@ class Problem(BaseProblem):
     def solve(self, starts: Floats, accuracy: float, goal: float, actuation: Floats | None = None) -> Solutions:
         """Search from each start, ``(N, size)``, with the problem's actuation or one for each, ``(N, P)``."""
         z = np.array(starts, dtype=float, ndmin=2)
-        setting = self.setting
-        magnitudes = np.array(setting.actuation if actuation is None else actuation, ndmin=2)
+        system = self.system
+        magnitudes = np.array(system.actuation if actuation is None else actuation, ndmin=2)
         endings, residuals, squares, steps = newton.find_zeros(
             self._walker,
             self._start,
-            setting.pair,
-            setting.step_length,
+            system.pair,
+            system.step_length,
             np.broadcast_to(magnitudes, (len(z), magnitudes.shape[1])).copy(),
             z,
-            setting.error_scale(accuracy),
+            system.error_scale(accuracy),
             goal,
             MOST_ITERATIONS,
         )
@@ -370,31 +370,31 @@ class Problem(BaseProblem):
         legspring.returnmap.IntegrationError
             If the step cannot be simulated.
         """
-        setting, n = self.setting, len(self.setting.animal.pairs)
-        yaw, yaw_rate = (z[n + 1], z[n + 2] / setting.step_duration) if setting.rows == 6 else (0.0, 0.0)
-        start = Start(z[0] * setting.desired_speed, self.heading, yaw=yaw, yaw_rate=yaw_rate)
-        along: list[Direction] = ["speed", *(("phase", pair) for pair in setting.animal.pairs)]
-        along += ["yaw", "yaw_rate", "turn"] if setting.rows == 6 else []
-        y = flow(setting, z[1 : n + 1], start, along=along, accuracy=TIGHT)[0].y
-        start_jet = jets(setting, z[1 : n + 1], start, along)[2]
-        residual, jacobian = gait_conditions(y, start_jet, setting.step_length)
-        jacobian[:, 0] *= setting.step_length
-        if setting.rows == 6:
+        system, n = self.system, len(self.system.animal.pairs)
+        yaw, yaw_rate = (z[n + 1], z[n + 2] / system.step_duration) if system.rows == 6 else (0.0, 0.0)
+        start = Start(z[0] * system.desired_speed, self.heading, yaw=yaw, yaw_rate=yaw_rate)
+        along: list[Direction] = ["speed", *(("phase", pair) for pair in system.animal.pairs)]
+        along += ["yaw", "yaw_rate", "turn"] if system.rows == 6 else []
+        y = flow(system, z[1 : n + 1], start, along=along, accuracy=TIGHT)[0].y
+        start_jet = jets(system, z[1 : n + 1], start, along)[2]
+        residual, jacobian = gait_conditions(y, start_jet, system.step_length)
+        jacobian[:, 0] *= system.step_length
+        if system.rows == 6:
             # A gait that starts with more yaw has turned twice as much more in the step before.
             jacobian[:, n + 1] += 2.0 * jacobian[:, -1]
         return residual, jacobian[:, : self.size]
 
     def wrapped(self, z: Floats) -> Floats:
         """Return the same unknowns with phases in (-pi, pi]."""
-        phases = slice(1, 1 + len(self.setting.animal.pairs))
+        phases = slice(1, 1 + len(self.system.animal.pairs))
         z = z.copy()
         z[..., phases] = math.pi - (math.pi - z[..., phases]) % (2.0 * math.pi)
         return z
 
     def unknowns(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""
-        yaw = (gait.yaw, gait.yaw_rate * self.setting.step_duration) if self.setting.rows == 6 else ()
-        return np.array([gait.speed / self.setting.desired_speed, *gait.phase, *yaw])
+        yaw = (gait.yaw, gait.yaw_rate * self.system.step_duration) if self.system.rows == 6 else ()
+        return np.array([gait.speed / self.system.desired_speed, *gait.phase, *yaw])
 
     def gait_near(self, z: Floats) -> tuple[Gait | None, float]:
         """Return the solution near z as a gait, valid or not, or None; and the sum of squared residuals left."""
@@ -407,19 +407,19 @@ class Problem(BaseProblem):
 
     def candidate(self, z: Floats, residual: float = math.nan) -> Gait:
         """Return unknowns in the form of a gait, whether they are one or not."""
-        setting, n = self.setting, len(self.setting.animal.pairs)
-        yaw, yaw_rate = (float(z[n + 1]), float(z[n + 2])) if setting.rows == 6 else (0.0, 0.0)
+        system, n = self.system, len(self.system.animal.pairs)
+        yaw, yaw_rate = (float(z[n + 1]), float(z[n + 2])) if system.rows == 6 else (0.0, 0.0)
         return Gait(
-            animal=setting.animal,
-            slope=setting.slope,
+            animal=system.animal,
+            slope=system.slope,
             heading=self.heading,
             family=self.family,
-            speed=float(z[0] * setting.desired_speed),
+            speed=float(z[0] * system.desired_speed),
             phase=tuple(float(angle) for angle in z[1 : n + 1]),
-            actuation=setting.actuation,
+            actuation=system.actuation,
             residual=residual,
             yaw=yaw,
-            yaw_rate=yaw_rate / setting.step_duration,
+            yaw_rate=yaw_rate / system.step_duration,
         )
 
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from legspring.kernel.look import ENDS, STEP, STRIDE, WORK, conditions_at, look
 from legspring.kernel.walker import Floats
+from legspring.layout import ACCURACY
 from legspring.model import Animal
 from legspring.returnmap import Direction, Start, jets
-from legspring.setting import ACCURACY
 from legspring.solve import Problem, Solutions, check_tuned
 
 Map = Literal["complete", "reduced"]
@@ -75,11 +75,11 @@ class Trial:
                 "be optimised"
             )
         self.problem = Problem(animal, slope, heading, family)
-        self.setting = setting = self.problem.setting
+        self.system = system = self.problem.system
         self.heading, self.family = self.problem.heading, family
         self.lengths = pair_lengths(animal)
         self._first = np.array(animal.first_legs)
-        self._scale = setting.error_scale(ACCURACY)
+        self._scale = system.error_scale(ACCURACY)
         # One set of arrays for each set of directions; every simulation writes its values into them.
         self._jets: dict[tuple[Direction, ...], tuple[Floats, Floats, Floats]] = {}
         self._unknowns: tuple[Direction, ...] = (
@@ -87,17 +87,17 @@ class Trial:
             "speed",
             *(("phase", pair) for pair in animal.pairs),
         )
-        self._scales = np.concatenate([self.lengths, [setting.step_length], np.ones(len(animal.pairs))])
+        self._scales = np.concatenate([self.lengths, [system.step_length], np.ones(len(animal.pairs))])
 
     def beside(self, heading: float) -> "Trial":
         """Return the same at another heading."""
-        return Trial(self.setting.animal, self.setting.slope, heading, self.family)
+        return Trial(self.system.animal, self.system.slope, heading, self.family)
 
     def _jets_along(self, along: tuple[Direction, ...]) -> tuple[Floats, Floats, Floats]:
         """Return arrays for the kernel with derivatives along some directions."""
         if along not in self._jets:
-            start, phase = Start(self.setting.desired_speed, self.heading), np.zeros(len(self.lengths))
-            self._jets[along] = jets(self.setting, phase, start, along)
+            start, phase = Start(self.system.desired_speed, self.heading), np.zeros(len(self.lengths))
+            self._jets[along] = jets(self.system, phase, start, along)
         return self._jets[along]
 
     def solve(self, actuation: Floats, near: Floats) -> Solutions:
@@ -107,24 +107,24 @@ class Trial:
     def conditions(self, actuation: Floats, z: Floats) -> tuple[Floats, Floats] | None:
         """Return what is left of a gait's conditions, ``(4,)``, and its derivatives by u and z; None if broken."""
         body, legs, start = self._jets_along(self._unknowns)
-        setting, points = self.setting, np.concatenate([actuation, z])[None]
-        pair, lengths, stride, scale = setting.pair, self.lengths, setting.step_length, self._scale
+        system, points = self.system, np.concatenate([actuation, z])[None]
+        pair, lengths, stride, scale = system.pair, self.lengths, system.step_length, self._scale
         residuals, jacobians = conditions_at(
-            body, legs, setting.side, setting.offset, pair, lengths, start, stride, scale, points
+            body, legs, system.side, system.offset, pair, lengths, start, stride, scale, points
         )
         return None if np.isnan(residuals[0, 0]) else (residuals[0], jacobians[0] * self._scales)
 
     def look(self, candidates: Floats, what: What) -> Look:
         """Simulate a stride from candidates, ``(N, P + n)``."""
-        setting, points = self.setting, np.atleast_2d(candidates)
+        system, points = self.system, np.atleast_2d(candidates)
         kind, along = KINDS[what]
         body, legs, start = self._jets_along(along)
-        pair, lengths, stride, scale = setting.pair, self.lengths, setting.step_length, self._scale
-        side, offset, rate = setting.side, setting.offset, 1.0 / setting.step_duration
+        pair, lengths, stride, scale = system.pair, self.lengths, system.step_length, self._scale
+        side, offset, rate = system.side, system.offset, 1.0 / system.step_duration
         angles, is_gait, jacobians, work = look(
             body, legs, side, offset, pair, self._first, lengths, start, stride, rate, scale, points, kind
         )
-        return Look(angles, is_gait, work / (setting.weight * stride), jacobians)
+        return Look(angles, is_gait, work / (system.weight * stride), jacobians)
 
 
 def pair_lengths(animal: Animal) -> Floats:

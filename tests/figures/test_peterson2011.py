@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from legspring.layout import System
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
@@ -14,7 +15,6 @@ import legspring as ls
 from legspring.data import published_forces
 from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, chapter3, chapter4
 from legspring.gait import Gait
-from legspring.setting import Setting
 from tests.made_up import FAMILIES, best_of, made_up_optima
 
 NUMBERS = [
@@ -33,7 +33,7 @@ def sources() -> dict[str, Any]:
     return {
         "gait": ls.find_gaits(roach, **GAIT)[0],
         "simulation": ls.simulate(roach, **SIMULATION),
-        "setting": Setting(roach, 0.0, (-1, -1, -1)),
+        "system": System(roach, 0.0, (-1, -1, -1)),
         "atlas": ls.atlas(roach, slopes_deg=(0, 30), headings=(0.15, 0.3), impulses=(-0.5, 0.5)),
         "optima": optima,
         "selected": best_of(optima),
@@ -229,12 +229,12 @@ def test_figure_2_2_shows_lengths_in_stance_and_zero_in_swing(sources: dict[str,
 
 
 def test_figure_3_2_shows_a_push_of_the_given_impulse(sources: dict[str, Any]) -> None:
-    setting = sources["setting"]
-    axes = partial(chapter3.push, impulse=0.3)(setting).axes[0]
+    system = sources["system"]
+    axes = partial(chapter3.push, impulse=0.3)(system).axes[0]
     time, force = (np.asarray(values, dtype=float) for values in axes.get_lines()[0].get_data())
-    impulse = np.trapezoid(force, 1e-3 * time) * setting.animal.gravity  # per mass
-    assert impulse == pytest.approx(0.3 * setting.desired_speed)
-    assert (time[0], time[-1]) == (0.0, pytest.approx(1e3 * setting.step_duration))
+    impulse = np.trapezoid(force, 1e-3 * time) * system.animal.gravity  # per mass
+    assert impulse == pytest.approx(0.3 * system.desired_speed)
+    assert (time[0], time[-1]) == (0.0, pytest.approx(1e3 * system.step_duration))
 
 
 def test_the_sketch_of_the_model_is_to_scale(sources: dict[str, Any]) -> None:
@@ -255,7 +255,7 @@ def test_the_sketch_of_the_path_shows_a_gait(sources: dict[str, Any]) -> None:
     gait: Gait = sources["gait"]
     (axes,) = draw("3.1", sources).axes
     along, left = (np.asarray(values, dtype=float) for values in axes.get_lines()[0].get_data())
-    assert along[[0, -1]] == pytest.approx([0.0, 2e3 * gait.setting.step_length], abs=1e-6)
+    assert along[[0, -1]] == pytest.approx([0.0, 2e3 * gait.system.step_length], abs=1e-6)
     assert left[[0, len(left) // 2, -1]] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
     assert left[1] > 0.0, "a positive heading is to the left"
     words = [text.get_text() for text in axes.texts]

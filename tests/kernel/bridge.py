@@ -6,11 +6,11 @@ from typing import Any, Literal, ParamSpec, TypeVar
 
 import numba
 import numpy as np
+from legspring.layout import TIGHT, System
 
 from legspring.kernel.run import run
 from legspring.kernel.walker import LIFTOFF, N_LEG, OK, TOUCHDOWN, Tape, Walker
 from legspring.model import cockroach
-from legspring.setting import TIGHT, Setting
 from tests.oracle.problem import Array, Direction, Event, Problem, Run, random_problem
 
 P = ParamSpec("P")
@@ -121,9 +121,9 @@ def size(problem: Problem, direction: Direction) -> float:
 
 
 def error_scale(problem: Problem, accuracy: float) -> float:
-    """Largest error of an integrator step, m, that `Setting` would choose for an animal of this size."""
+    """Largest error of an integrator step, m, that `System` would choose for an animal of this size."""
     longest = max(leg.length for leg in cockroach().legs)
-    return Setting(cockroach(), 0.0, (1, 1, 1)).error_scale(accuracy) * max(problem.length) / longest
+    return System(cockroach(), 0.0, (1, 1, 1)).error_scale(accuracy) * max(problem.length) / longest
 
 
 def units(problem: Problem) -> Array:

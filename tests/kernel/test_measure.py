@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from legspring.layout import ACCURACY, TIGHT
 
 from legspring.kernel import dop853
 from legspring.kernel.measure import ALL_LEGS, largest_force, leg_work
-from legspring.setting import ACCURACY, TIGHT
 from tests.kernel.bridge import Walk, callable_here, point_mass, rigid_body, scale, simulate
 from tests.oracle import heyoka_walker
 from tests.oracle.problem import Array, Problem

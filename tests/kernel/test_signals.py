@@ -24,7 +24,7 @@ def ring(*_):
     raise Alarm
 
 def work():
-    flow(gait.setting, gait.phase, gait.start, steps=2, record=True)
+    flow(gait.system, gait.phase, gait.start, steps=2, record=True)
     problem = Problem(gait.animal, gait.slope, gait.heading, gait.family)
     problem.solve(problem.starts(1), 1e-8, 1e-7)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from legspring.layout import ACCURACY, TIGHT
 
 from legspring.kernel.measure import largest_force, leg_work
 from legspring.kernel.walker import (
@@ -20,7 +21,6 @@ from legspring.kernel.walker import (
     TAPE_FULL,
     TOO_MANY_STEPS,
 )
-from legspring.setting import ACCURACY, TIGHT
 from tests.kernel import bridge
 from tests.kernel.bridge import Walk, attempt, point_mass, rigid_body, scale, sequence, simulate
 from tests.oracle import heyoka_walker

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from legspring.layout import ACCURACY, TIGHT
 
-from legspring.setting import ACCURACY, TIGHT
 from tests.kernel.bridge import point_mass, rigid_body, scale, simulate, size
 from tests.oracle import heyoka_walker
 from tests.oracle.problem import Array, Direction, Problem

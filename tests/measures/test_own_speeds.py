@@ -28,12 +28,12 @@ def first_gait(name: str) -> Gait:
 def test_a_stride_ends_as_it_began(name: str) -> None:
     gait = first_gait(name)
     states = gait.tape.touchdowns
-    assert len(states) == 1 + gait.setting.steps_per_stride
-    scale = gait.setting.step_length
+    assert len(states) == 1 + gait.system.steps_per_stride
+    scale = gait.system.step_length
     np.testing.assert_allclose(states[-1, 2:4], states[0, 2:4], rtol=0, atol=1e-9 * scale)
     np.testing.assert_allclose(states[-1, 4:], states[0, 4:], rtol=0, atol=1e-9)
-    ends = step_ends(gait.setting, gait.tape)
-    duration = gait.step_duration / gait.setting.step_duration
+    ends = step_ends(gait.system, gait.tape)
+    duration = gait.step_duration / gait.system.step_duration
     assert ends == pytest.approx(duration * np.arange(len(states)), abs=1e-9)
     assert ends[-1] == gait.tape.time[gait.tape.counts[0]]
 
@@ -135,11 +135,11 @@ def driven() -> Gait:
 
 
 def test_legs_with_a_clock_keep_their_unit_of_time(driven: Gait) -> None:
-    states, ends = driven.tape.touchdowns, step_ends(driven.setting, driven.tape)
+    states, ends = driven.tape.touchdowns, step_ends(driven.system, driven.tape)
     np.testing.assert_allclose(states[2, 2:], states[0, 2:], rtol=0, atol=1e-9)
     assert driven.animal.step_law.duration == load_animal("lateral_leg_spring").step_law.duration
     assert ends[2] == pytest.approx(2.0 * ends[1]) and abs(ends[1] - 1.0) > 1e-3
-    assert driven.mean_speed == pytest.approx(driven.distance / (ends[1] * driven.setting.step_duration))
+    assert driven.mean_speed == pytest.approx(driven.distance / (ends[1] * driven.system.step_duration))
     assert np.sum(driven.work) == pytest.approx(0.0, abs=1e-8)
 
 

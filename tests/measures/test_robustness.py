@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from legspring.layout import System
 
 from legspring import cockroach
 from legspring.kernel.walker import X
 from legspring.measures.robustness import push_knots, recover, settled_elsewhere, steps_to_recover
 from legspring.returnmap import NO_PUSH, flow
-from legspring.setting import Setting
 from tests.conftest import Cells, read_reference
 
 
@@ -30,11 +30,11 @@ def test_recovery_from_the_hardest_push(slope: float, steps: int, thesis_map: Ce
 
 
 def test_push_has_its_impulse(thesis_map: Cells) -> None:
-    setting = thesis_map[45, 0.15][0].setting
-    knots = push_knots(setting, 0.5)
+    system = thesis_map[45, 0.15][0].system
+    knots = push_knots(system, 0.5)
     change = np.trapezoid(knots[:, 1], knots[:, 0])
-    assert change == pytest.approx(0.5 * setting.step_length)
-    assert np.diff(knots[:, 0]) * setting.step_duration == pytest.approx([2.985e-3, 1.015e-3])
+    assert change == pytest.approx(0.5 * system.step_length)
+    assert np.diff(knots[:, 0]) * system.step_duration == pytest.approx([2.985e-3, 1.015e-3])
 
 
 def test_no_push_no_distance(thesis_map: Cells) -> None:
@@ -46,8 +46,8 @@ def test_no_push_no_distance(thesis_map: Cells) -> None:
 def test_a_push_to_the_right_moves_right(thesis_map: Cells) -> None:
     gait = thesis_map[45, 0.15][0]
     for impulse in (0.3, -0.3):
-        push = push_knots(gait.setting, impulse)
-        pushed, calm = (flow(gait.setting, gait.phase, gait.start, push=knots)[0].y[X, 0] for knots in (push, NO_PUSH))
+        push = push_knots(gait.system, impulse)
+        pushed, calm = (flow(gait.system, gait.phase, gait.start, push=knots)[0].y[X, 0] for knots in (push, NO_PUSH))
         assert (pushed - calm) * impulse > 0.0
 
 
@@ -58,7 +58,7 @@ def test_the_slowest_recovery(thesis_map: Cells) -> None:
 
 
 def test_a_push_that_breaks_the_simulation_says_so(thesis_map: Cells) -> None:
-    stiff = Setting(cockroach().replace(stiffness=1e15), 0.0, (-1, -1, -1))
+    stiff = System(cockroach().replace(stiffness=1e15), 0.0, (-1, -1, -1))
     recovery = recover(stiff, (0.3, 0.3, -0.3), thesis_map[45, 0.15][0].start, 0.5)
     assert not recovery.recovered
     assert recovery.failure is not None

@@ -127,7 +127,7 @@ def changed(results: Results, change: Change) -> Results:
     )
 
 
-def setting(**variables: Any) -> Change:
+def system(**variables: Any) -> Change:
     """Return a change that sets variables, where there are gaits, to numbers or to functions of themselves."""
 
     def change(dataset: xr.Dataset) -> xr.Dataset:
@@ -226,28 +226,28 @@ def test_headings_of_animals_are_not_ours_to_judge(results: Results) -> None:
         (1, without(lambda data: data["slope_deg"] < 30.0), PARTLY),
         (2, without(lambda data: data["branch"] == 0 if "branch" in data.dims else data["speed"] > 0.0), HOLDS),
         (3, turned("slope_deg", "speed"), FAILS),
-        (4, setting(peak_force=lambda force: -force, phase=0.5), PARTLY),
-        (5, setting(reduced_eigenvalue=1.5, max_multiplier=1.5), PARTLY),
+        (4, system(peak_force=lambda force: -force, phase=0.5), PARTLY),
+        (5, system(reduced_eigenvalue=1.5, max_multiplier=1.5), PARTLY),
         (5, turned("heading", "reduced_eigenvalue"), PARTLY),
-        (6, setting(recovery_steps=60.0), FAILS),
-        (7, setting(recovery_steps=60.0, recovered=0.0), FAILS),
-        (8, setting(transport_cost=lambda cost: -cost), FAILS),
+        (6, system(recovery_steps=60.0), FAILS),
+        (7, system(recovery_steps=60.0, recovered=0.0), FAILS),
+        (8, system(transport_cost=lambda cost: -cost), FAILS),
         (10, turned("slope_deg", "actuation"), PARTLY),
-        (10, setting(actuation=0.01), FAILS),
-        (11, setting(phase=lambda phase: -phase), FAILS),
-        (12, setting(reduced_eigenvalue=1.5, max_multiplier=1.5), FAILS),
+        (10, system(actuation=0.01), FAILS),
+        (11, system(phase=lambda phase: -phase), FAILS),
+        (12, system(reduced_eigenvalue=1.5, max_multiplier=1.5), FAILS),
         (13, renamed, FAILS),
         (14, swapped, PARTLY),
-        (14, setting(actuation=0.01, phase=0.0), FAILS),
-        (15, setting(transport_cost=3.0), FAILS),
-        (16, setting(value=lambda value: -value), PARTLY),
+        (14, system(actuation=0.01, phase=0.0), FAILS),
+        (15, system(transport_cost=3.0), FAILS),
+        (16, system(value=lambda value: -value), PARTLY),
         (16, renamed, FAILS),
         (17, swapped, PARTLY),
-        (17, setting(transport_cost=3.0, phase=0.0), PARTLY),
-        (19, setting(peak_force=lambda force: -force), FAILS),
-        (20, setting(peak_force=lambda force: -force), FAILS),
-        (22, setting(recovery_steps=1.0), HOLDS),
-        (23, setting(reduced_eigenvalue=rising, transport_cost=rising), FAILS),
+        (17, system(transport_cost=3.0, phase=0.0), PARTLY),
+        (19, system(peak_force=lambda force: -force), FAILS),
+        (20, system(peak_force=lambda force: -force), FAILS),
+        (22, system(recovery_steps=1.0), HOLDS),
+        (23, system(reduced_eigenvalue=rising, transport_cost=rising), FAILS),
     ],
 )
 def test_other_results_have_other_verdicts(results: Results, number: int, change: Change, outcome: Outcome) -> None:
@@ -284,7 +284,7 @@ def test_forces_like_those_of_animals(results: Results) -> None:
 
 
 def test_searches_that_disagree(results: Results) -> None:
-    low = setting(phase=lambda phase: -phase)(results.optima)
+    low = system(phase=lambda phase: -phase)(results.optima)
     judged = verdict(replace(results, nelder_mead=low), 11)
     assert judged.verdict == PARTLY
     assert {part.outcome for part in judged.parts} == {PARTLY}

@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 
 from legspring.kernel.measure import leg_work
 from legspring.kernel.walker import Tape
+from legspring.layout import System
 from legspring.returnmap import step_ends
-from legspring.setting import Setting
 
 
-def work_of_legs(setting: Setting, tape: Tape, *, steps: int = 1) -> NDArray[np.float64]:
+def work_of_legs(system: System, tape: Tape, *, steps: int = 1) -> NDArray[np.float64]:
     """Positive and negative work of each leg on the body over the first steps, per m g and desired distance.
 
     Returns
@@ -17,7 +17,7 @@ def work_of_legs(setting: Setting, tape: Tape, *, steps: int = 1) -> NDArray[np.
     ndarray
         ``(L, 2)``, dimensionless; the second column is negative.
     """
-    return leg_work(tape, 0.0, step_ends(setting, tape)[steps]) / (setting.weight * setting.step_length * steps)
+    return leg_work(tape, 0.0, step_ends(system, tape)[steps]) / (system.weight * system.step_length * steps)
 
 
 def transport_cost(work: NDArray[np.float64], *, b1: float = 1.0, b2: float = 1.0) -> float:

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from legspring.checks import checked_number
 from legspring.kernel.run import run
 from legspring.kernel.walker import TIME, VX, VY, YAW
+from legspring.layout import ACCURACY, System
 from legspring.returnmap import REASONS, Start, flow
-from legspring.setting import ACCURACY, Setting
 
 BEGIN = 1.0 / 8.0
 """Start of the push, in step durations."""
@@ -54,25 +54,23 @@ class Recovery:
         return self.steps is not None
 
 
-def push_knots(setting: Setting, impulse: float, step: float = 1.0) -> NDArray[np.float64]:
+def push_knots(system: System, impulse: float, step: float = 1.0) -> NDArray[np.float64]:
     """Return the push as knots (time, x, y) of an acceleration, in the kernel's units.
 
     A triangle in time whose area is the impulse times v_des; the first step lasts ``step`` step durations.
     """
-    t_des = setting.step_duration
-    peak = 2.0 * impulse * setting.desired_speed / LENGTH * t_des**2
+    t_des = system.step_duration
+    peak = 2.0 * impulse * system.desired_speed / LENGTH * t_des**2
     times = BEGIN * step + np.array([0.0, TO_PEAK, LENGTH]) / t_des
     return np.column_stack([times, [0.0, peak, 0.0], np.zeros(3)])
 
 
-def recover(
-    setting: Setting, phase: ArrayLike, start: Start, impulse: float, *, accuracy: float = ACCURACY
-) -> Recovery:
+def recover(system: System, phase: ArrayLike, start: Start, impulse: float, *, accuracy: float = ACCURACY) -> Recovery:
     """Push a gait sideways in its first step and follow it for 100 steps.
 
     Parameters
     ----------
-    setting, phase, start
+    system, phase, start
         The gait.
     impulse
         In units of m v_des, > 0 to the right.
@@ -82,52 +80,52 @@ def recover(
     ValueError
         If the impulse is out of range, or the animal's legs do no work, so that it keeps what it is given.
     """
-    if "energy" in setting.conserved:
+    if "energy" in system.conserved:
         raise ValueError(
-            f"animal = {setting.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
+            f"animal = {system.animal.name!r}: must have legs that do work, or lose some, to come back from a push; "
             "this one conserves energy and keeps what it is given"
         )
     valid = f"a finite number of m v_des, within +-{LARGEST_IMPULSE:g}"
     impulse = checked_number("impulse", impulse, valid, LARGEST_IMPULSE)
-    legs = setting.legs(phase)[:, :, None]
+    legs = system.legs(phase)[:, :, None]
     # Where steps end at touch-downs, the step duration is but a unit of time.
-    step = float(flow(setting, phase, start)[0].clock[TIME]) if setting.event_driven else 1.0
-    push = push_knots(setting, impulse, step)
+    step = float(flow(system, phase, start)[0].clock[TIME]) if system.event_driven else 1.0
+    push = push_knots(system, impulse, step)
     status, _, tape = run(
-        setting.body[:, None],
+        system.body[:, None],
         legs,
-        setting.side,
-        setting.offset,
+        system.side,
+        system.offset,
         push,
-        start.in_kernel_units(setting)[:, None],
-        setting.rows,
+        start.in_kernel_units(system)[:, None],
+        system.rows,
         float(STEPS),
-        setting.error_scale(accuracy),
+        system.error_scale(accuracy),
         0,
         0,
     )
-    distance = distances(setting, tape.touchdowns)
+    distance = distances(system, tape.touchdowns)
     # Nothing is back before the push is over.
     steps = steps_to_recover(distance, math.ceil(push[-1, 0] / step))
     return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(status))
 
 
-def distances(setting: Setting, states: NDArray[np.float64]) -> NDArray[np.float64]:
+def distances(system: System, states: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance of each touch-down's velocity from the first one's, mirrored after odd steps.
 
     Where all directions are alike, there is none to come back to: the velocity is that seen from the body.
     """
     velocity = states[:, [VX, VY]].copy()
-    if setting.isotropic:
+    if system.isotropic:
         cosine, sine = np.cos(states[:, YAW]), np.sin(states[:, YAW])
         velocity = np.column_stack(
             [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
         )
-    if setting.mirrored:
+    if system.mirrored:
         velocity[1::2, 0] *= -1.0
-    change = np.abs(velocity - velocity[0]) / setting.step_length
+    change = np.abs(velocity - velocity[0]) / system.step_length
     # From the side, x is the way ahead.
-    ahead, across = (0, 1) if setting.animal.sagittal else (1, 0)
+    ahead, across = (0, 1) if system.animal.sagittal else (1, 0)
     result: NDArray[np.float64] = np.maximum(change[:, across] / np.tan(ANGLE), change[:, ahead])
     return result
 

@@ -13,12 +13,12 @@ import xarray as xr
 from legspring.figures.peterson2011.beyond import BEYOND, complete_minus_reduced, second_minus_first
 from legspring.gait import Gait
 from legspring.kernel.walker import VX, VY, Floats, X, Y
+from legspring.layout import TIGHT
 from legspring.model import Animal
 from legspring.peterson2011.claims.evidence import animal_of, exists
 from legspring.peterson2011.report import Picture, Section
 from legspring.peterson2011.tables import LEG_WORDS, Cell, Table
 from legspring.returnmap import Start, flow
-from legspring.setting import TIGHT
 from legspring.solve import find_gaits
 from legspring.sweep import provenance
 
@@ -109,8 +109,8 @@ def _distance(gait: Gait) -> Floats:
 
 def _touchdowns(gait: Gait, start: Start) -> Floats:
     """Velocity and displacement over the step before at each touch-down, mirrored after odd steps, in step lengths."""
-    length = gait.setting.step_length
-    states = flow(gait.setting, gait.phase, start, steps=2 * STRIDES, accuracy=TIGHT)[1].touchdowns
+    length = gait.system.step_length
+    states = flow(gait.system, gait.phase, start, steps=2 * STRIDES, accuracy=TIGHT)[1].touchdowns
     # The feet that are down at the start are those of the gait.
     moved = np.diff(states[:, [X, Y]], axis=0, prepend=[[0.0, -length]])
     complete = np.hstack([states[:, [VX, VY]], moved])

@@ -23,6 +23,7 @@ from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, ThesisFigu
 from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.files import PathLike, check_output, code_stamp, make_directory, save_csv, save_netcdf, whole_file
 from legspring.kernel.walker import Floats
+from legspring.layout import System
 from legspring.model import Animal, cockroach
 from legspring.objective import NO_GAIT, Objective
 from legspring.optima import candidate_of, optimal_atlas, select
@@ -43,7 +44,6 @@ from legspring.peterson2011.tables import (
     save_table,
 )
 from legspring.progress import progress_bar
-from legspring.setting import Setting
 
 LOG = logging.getLogger("legspring")
 TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
@@ -200,9 +200,9 @@ class Store:
         return ls.simulate(self.animal, **SIMULATION)
 
     @property
-    def setting(self) -> Setting:
+    def system(self) -> System:
         """The animal on the level."""
-        return Setting(self.animal, 0.0, self.animal.functions(next(iter(self.animal.families))))
+        return System(self.animal, 0.0, self.animal.functions(next(iter(self.animal.families))))
 
     @property
     def measured(self) -> xr.Dataset:

@@ -6,25 +6,25 @@ from matplotlib.figure import Figure
 from legspring.figures.peterson2011.registry import ThesisFigure
 from legspring.figures.peterson2011.sketches import sketch_of_path
 from legspring.figures.style import COLOURS, COLUMN, GRAY, new_figure, styled, units
+from legspring.layout import System
 from legspring.measures.robustness import push_knots
-from legspring.setting import Setting
 
 
 @styled
-def push(setting: Setting, impulse: float = 0.5) -> Figure:
+def push(system: System, impulse: float = 0.5) -> Figure:
     """Draw the lateral force that disturbs a step against time.
 
     Parameters
     ----------
-    setting
+    system
         The animal on its slope.
     impulse
         In units of m v_des.
     """
-    knots = push_knots(setting, impulse)
-    step = 1e3 * setting.step_duration
+    knots = push_knots(system, impulse)
+    step = 1e3 * system.step_duration
     time = np.concatenate([[0.0], step * knots[:, 0], [step]])
-    force = np.concatenate([[0.0], knots[:, 1] / setting.weight, [0.0]])
+    force = np.concatenate([[0.0], knots[:, 1] / system.weight, [0.0]])
     figure = new_figure(COLUMN, 0.6 * COLUMN)
     axes = figure.subplots()
     axes.plot(time, force, color=COLOURS[0])
@@ -51,7 +51,7 @@ FIGURES = (
     ),
     ThesisFigure(
         "3.2",
-        "setting",
+        "system",
         push,
         "The push to the side in the first step by which robustness is measured, here of half of the momentum "
         "at the desired speed.",

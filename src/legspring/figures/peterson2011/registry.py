@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 Source = Literal[
     "gait",
     "simulation",
-    "setting",
+    "system",
     "atlas",
     "optima",
     "selected",
@@ -24,7 +24,7 @@ Source = Literal[
 
 - ``gait``: a `legspring.Gait` at `GAIT`
 - ``simulation``: of `legspring.simulate`, with `SIMULATION`
-- ``setting``: a `legspring.setting.Setting` of the animal
+- ``system``: a `legspring.layout.System` of the animal
 - ``atlas``: of `legspring.atlas`; branch 0 is the thesis's
 - ``optima``: gaits with the best actuation, over objective, slope, heading and family
 - ``selected``: those of the best family of each cell

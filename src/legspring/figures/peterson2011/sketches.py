@@ -52,7 +52,7 @@ def sketch_of_path(gait: Gait) -> Figure:
         The gait.
     """
     run = gait.simulate(strides=1)
-    step, half = 1e3 * gait.setting.step_length, run.sizes["time"] // 2
+    step, half = 1e3 * gait.system.step_length, run.sizes["time"] // 2
     along, left = 1e3 * run["position"].sel(axis="fore_aft"), -1e3 * run["position"].sel(axis="lateral")
     height, reach = float(np.abs(left).max()), 0.3 * step
     figure = new_figure(PAGE, 0.42 * PAGE)
@@ -152,8 +152,8 @@ def _from_the_side(axes: Axes, slope_deg: float) -> None:
 def _length(axes: Axes, gait: Gait, run: xr.Dataset) -> None:
     leg = gait.animal.legs[0]
     pair = gait.animal.pairs.index(leg.pair)
-    time = run["time"].values / gait.setting.step_duration
-    change = gait.setting.functions[pair] * gait.actuation[pair]
+    time = run["time"].values / gait.system.step_duration
+    change = gait.system.functions[pair] * gait.actuation[pair]
     free = leg.length - change * np.sin(math.pi * time + gait.phase[pair])
     axes.plot(time, 1e3 * free, "--", color=COLOURS[1], label="force-free")
     axes.plot(time, 1e3 * run["leg_length"].sel(leg=leg.name), color=COLOURS[0], label="actual")
