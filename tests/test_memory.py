@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import legspring as ls
+from legspring.constraints import Constraint
 from legspring.memory import Memory
-from legspring.objective import Candidate, Constraint, Penalty, Score
+from legspring.objective import Candidate, Penalty, Score
 from legspring.optima import KINDS
 from legspring.optimisation import End
 

@@ -1,4 +1,4 @@
-"""The penalised objective of Table 3.1."""
+"""The penalised objective."""
 
 import math
 
@@ -6,21 +6,11 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait
+from legspring.constraints import Constraint
 from legspring.kernel.walker import Floats
-from legspring.objective import (
-    Constraint,
-    Goal,
-    Objective,
-    angle_penalties,
-    bound_penalties,
-    heading_beside,
-    missing_fixed_point,
-    phase_penalties,
-)
+from legspring.objective import Goal, Objective
 from legspring.trial import Map
 from tests.conftest import Cells
-
-PAIRS = ("F", "M", "B")
 
 
 def around(gait: Gait, goal: Goal, of: Map = "complete") -> tuple[Objective, Floats, Floats]:
@@ -44,26 +34,6 @@ def test_an_unconstrained_gait_scores_its_measure(thesis_map: Cells) -> None:
         found = objective.gait(score)
         assert found is not None
         assert found.phase == pytest.approx(gait.phase, abs=1e-9)
-
-
-def test_bounds_of_the_actuation(roach: Animal) -> None:
-    assert bound_penalties(roach, np.full(3, 0.5)) == []
-    low, high = bound_penalties(roach, np.array([0.1, 0.95, 0.5]))
-    assert (low.constraint, low.pair) == (Constraint.ACTUATION_LEAST, "F")
-    assert low.amount == pytest.approx(30.5)
-    assert (high.constraint, high.pair) == (Constraint.ACTUATION_MOST, "M")
-    assert high.amount == pytest.approx(30.5)
-
-
-def test_bounds_of_the_phases() -> None:
-    late, early = phase_penalties(PAIRS, np.radians([75.0, 59.9, -120.0]))
-    assert (late.constraint, late.pair, early.constraint, early.pair) == (
-        Constraint.PHASE_LATEST,
-        "F",
-        Constraint.PHASE_EARLIEST,
-        "B",
-    )
-    assert (late.amount, early.amount) == pytest.approx((0.25, 1.0))
 
 
 def test_crossing_angles_are_those_of_the_time_series(thesis_map: Cells) -> None:
@@ -91,8 +61,6 @@ def test_legs_that_hardly_part_are_penalised(thesis_map: Cells) -> None:
     (penalty,) = objective(actuation, z).penalties
     assert (penalty.constraint, penalty.pair) == (Constraint.ANGLE_TOUCHDOWN, "B")
     assert penalty.amount == pytest.approx(0.05 * (10.0 - 2.3285), abs=1e-5)
-    ends = [(p.constraint, p.pair) for p in angle_penalties(PAIRS, np.array([[10.1, -9], [-20, 20], [-1, 20]]))]
-    assert ends == [(Constraint.ANGLE_LIFTOFF, "F"), (Constraint.ANGLE_TOUCHDOWN, "B")]
 
 
 def test_gaits_at_the_edge_do_not_survive_a_larger_heading(thesis_map: Cells) -> None:
@@ -114,7 +82,6 @@ def test_the_fixed_point_beside_is_one(thesis_map: Cells) -> None:
     assert problem.system.actuation == pytest.approx(gait.actuation)
     assert problem.gait(beside) is not None
     assert problem.unknowns(problem.gait(beside)) == pytest.approx(beside, abs=1e-8)  # type: ignore[arg-type]
-    assert heading_beside(0.02) == pytest.approx(0.0225)
 
 
 def test_where_there_is_no_gait(thesis_map: Cells) -> None:
@@ -202,17 +169,13 @@ def test_nothing_is_better_than_the_floor(roach: Animal, thesis_map: Cells) -> N
             assert gait.transport_cost > floor - 1e-9
 
 
-def test_distance_from_a_fixed_point() -> None:
-    assert missing_fixed_point(1e-12) == 0.0
-    assert missing_fixed_point(0.0) == 0.0
-    assert missing_fixed_point(1e-8) == pytest.approx(2.0)
-
-
 def test_unknown_goals(roach: Animal) -> None:
     with pytest.raises(ValueError, match="objective = 'beauty'"):
         Objective(roach, 0.5, 0.15, "B", "beauty")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="map = 'some'"):
         Objective(roach, 0.5, 0.15, "B", "stability", "some")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="constraints = 'none'"):
+        Objective(roach, 0.5, 0.15, "B", "stability", constraints="none")
     with pytest.raises(ValueError, match="'X'"):
         Objective(roach, 0.5, 0.15, "X", "stability")
     with pytest.raises(ValueError, match="actuation"):

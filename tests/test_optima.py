@@ -248,6 +248,7 @@ def test_selection_goes_cell_by_cell() -> None:
         ({"headings": ()}, "headings"),
         ({"map": "some"}, "map = 'some'"),
         ({"method": "simplex"}, "method = 'simplex'"),
+        ({"constraints": "none"}, "constraints = 'none'"),
         ({"workers": 0}, "workers = 0"),
     ],
 )

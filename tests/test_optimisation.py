@@ -1,7 +1,7 @@
 """The best actuation: results are gaits, as good as any that other ways find."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -10,7 +10,7 @@ import pytest
 
 from legspring import Animal, Gait, cockroach, optimize, trade_off
 from legspring.kernel.walker import Floats
-from legspring.objective import EARLIEST, LEAST, MOST, Goal, Objective
+from legspring.objective import Goal, Objective
 from legspring.optimisation import (
     TIE,
     Method,
@@ -22,8 +22,10 @@ from legspring.optimisation import (
     scan,
     spread_out,
 )
+from legspring.peterson2011.constraints import TABLE_3_1
 from legspring.trial import GOAL, Map, Trial
 
+LEAST, MOST = TABLE_3_1.actuation
 Case = tuple[float, float, str, Goal, Map]
 """Slope (deg), heading, family; what is minimised, and the map whose eigenvalues count."""
 CASES: list[Case] = [
@@ -78,7 +80,7 @@ def test_an_optimum_is_a_gait_with_the_value_it_claims(case: Case, method: Metho
     assert optimum.value == pytest.approx(own, abs=1e-5)
     ratio, z = candidate(optimum)
     assert np.all((ratio >= LEAST) & (ratio <= MOST))
-    assert np.all(z[1:] >= EARLIEST - 1e-9)
+    assert np.all(z[1:] >= TABLE_3_1.phase[0] - 1e-9)
     score = Objective(optimum.animal, optimum.slope, heading, family, objective, of)(ratio, z)
     assert optimum.penalised == pytest.approx(score.total, abs=1e-5)
     assert optimum.ending
@@ -148,6 +150,20 @@ def test_none_where_there_is_no_gait(roach: Animal, method: Method) -> None:
     assert optimize(roach, slope_deg=0, heading=0.0, family="B", method=method) is None
 
 
+@pytest.mark.parametrize("method", ["default", "nelder-mead"])
+def test_constraints_of_ones_own(roach: Animal, method: Method) -> None:
+    here: dict[str, Any] = {"slope_deg": 60, "heading": 0.3, "family": "B", "objective": "efficiency"}
+    rules = replace(TABLE_3_1, actuation=(0.55, 0.7), phase=(-1.2, 0.9))
+    optimum = optimize(roach, **here, method=method, constraints=rules)
+    assert optimum is not None
+    ratio, z = candidate(optimum)
+    assert np.all((ratio > 0.55 - 1e-9) & (ratio < 0.7 + 1e-9)) and np.all(z[1:] > -1.2 - 1e-9)
+    assert any("the actuation is at least 0.55 l0" in words for words in optimum.active) or method == "nelder-mead"
+    usual = optimize(roach, **here, method=method)
+    assert usual == optimize(roach, **here, method=method, constraints=TABLE_3_1)
+    assert usual is not None and usual.penalised <= optimum.penalised + TIE
+
+
 def test_all_families_are_searched(roach: Animal) -> None:
     found = optimize(roach, slope_deg=45, heading=0.15, objective="efficiency")
     assert found is not None
@@ -161,6 +177,7 @@ def test_all_families_are_searched(roach: Animal) -> None:
         ({"objective": "beauty"}, "objective = 'beauty'"),
         ({"map": "some"}, "map = 'some'"),
         ({"method": "simplex"}, "method = 'simplex'"),
+        ({"constraints": "none"}, "constraints = 'none': must be 'peterson2011'"),
         ({"family": "X"}, "'X'"),
         ({"heading": 2.0}, "heading = 2"),
         ({"slope_deg": 100.0}, "slope_deg = 100"),
@@ -229,12 +246,12 @@ def test_the_best_of_nothing() -> None:
 
 
 def test_a_scan_finds_the_gaits_of_each_actuation(roach: Animal) -> None:
-    trial = Trial(roach, math.radians(45), 0.15, "B")
-    candidates = scan(trial, nodes=32)
+    objective = Objective(roach, math.radians(45), 0.15, "B", "stability")
+    candidates = scan(objective, nodes=32)
     ratios, starts = (np.array(rows) for rows in list(zip(*candidates, strict=True))[:2])
     assert len(candidates) > 20
     assert LEAST <= ratios.min() < 0.3 and 0.8 < ratios.max() <= MOST
-    assert np.all(trial.solve(ratios, starts).residuals < GOAL)
+    assert np.all(objective.trial.solve(ratios, starts).residuals < GOAL)
     for number, one in enumerate(candidates):
         before = [other.unknowns for other in candidates[:number] if other.actuation is one.actuation]
         assert not is_among(one.unknowns, before)
@@ -242,7 +259,7 @@ def test_a_scan_finds_the_gaits_of_each_actuation(roach: Animal) -> None:
 
 def test_candidates_are_ranked_and_spread_out(roach: Animal) -> None:
     objective = Objective(roach, math.radians(45), 0.15, "B", "stability", "reduced")
-    candidates = scan(objective.trial, nodes=32)
+    candidates = scan(objective, nodes=32)
     ranked = rank(objective, candidates)
     scores = [objective.alone(one.actuation, one.unknowns) for one in ranked]
     totals = [score.total for score in scores if score is not None]

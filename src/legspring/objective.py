@@ -1,48 +1,27 @@
-"""What an actuation is to minimise: the thesis's penalised objective (section 3.5, Table 3.1)."""
+"""What an actuation is to minimise: stability or cost, with a penalty for each constraint that is not kept."""
 
 import math
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from legspring.checks import checked_angle, checked_choice, checked_vector
+from legspring.constraints import LIMITS, Constraint, Constraints, named_constraints
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
 from legspring.solve import Problem
-from legspring.trial import GOAL, Map, Trial, What
+from legspring.trial import GOAL, Map, Trial
 
 Goal = Literal["stability", "efficiency"]
 
-LEAST, MOST = 0.2, 0.9
-"""Range of the actuation, in units of the nominal length."""
-LATEST, EARLIEST, PHASE_UNIT = math.pi / 3, -math.pi / 2, math.pi / 6
-"""Range of the phases, and what a penalty counts their excess in, rad."""
-SMALLEST_ANGLE, ANGLE_WEIGHT = 10.0, 0.05
-"""Angle between the curves of a leg's length and its force-free length against time, deg with rates in m/s."""
-NO_GAIT = 2.0
-"""What it costs at least that there is no gait: one with a larger objective is not worth having."""
-HALTS = 0.5, 0.8, 0.95, 1.0
-"""Shares of the way to the heading beside at which a gait is looked for on the way."""
-CLOSE = 1e-3
-"""Distance from its limit, in units of l0 or rad (angles: a tenth of a degree), at which a constraint is active."""
-
-
-class Constraint(StrEnum):
-    """Constraints of Table 3.1."""
-
-    FIXED_POINT = "there is a gait"
-    FIXED_POINT_BESIDE = "there is a fixed point at a slightly larger heading"
-    PHASE_LATEST = "the phase is at most 60 deg"
-    PHASE_EARLIEST = "the phase is at least -90 deg"
-    ANGLE_TOUCHDOWN = "length and force-free length part clearly at touch-down"
-    ANGLE_LIFTOFF = "length and force-free length meet clearly at lift-off"
-    ACTUATION_LEAST = "the actuation is at least 0.2 l0"
-    ACTUATION_MOST = "the actuation is at most 0.9 l0"
+SHARES_ON_THE_WAY = 0.5, 0.8, 0.95, 1.0
+"""Shares of the way to the heading beside at which a gait is looked for."""
+CLOSE = np.array([1e-3, 1e-3, 1e-3, 1e-3, 0.1, 0.1])
+"""Distance from its limit, in units of l0, rad or deg, at which a constraint is active."""
 
 
 class Penalty(NamedTuple):
@@ -95,16 +74,6 @@ class Score:
         return self.value + sum(penalty.amount for penalty in self.penalties)
 
 
-def missing_fixed_point(squares: float) -> float:
-    """Say how far a search has stayed from a fixed point, by its sum of squared residuals: from 0 up."""
-    return max(10.0 + math.log10(squares), 0.0) if squares > 0.0 else 0.0
-
-
-def heading_beside(heading: float) -> float:
-    """Return the slightly larger heading at which there must be a fixed point, too."""
-    return 1.05 * heading if abs(heading) >= 0.05 else heading + math.copysign(0.0025, heading)
-
-
 class Objective:
     """The penalised objective of one family at one slope and heading, as a function of the actuation.
 
@@ -116,28 +85,45 @@ class Objective:
         ``"stability"``: the largest eigenvalue magnitude; ``"efficiency"``: the transport cost.
     of
         The map whose eigenvalues count: of a stride of the complete map, or the thesis's reduced map.
+    constraints
+        What a gait must keep to, or its name.
 
     Raises
     ------
     ValueError
-        For an unknown goal or map, and as `legspring.trial.Trial` does.
+        For an unknown goal, map or name, and as `legspring.trial.Trial` does.
     """
 
     def __init__(
-        self, animal: Animal, slope: float, heading: float, family: str, goal: Goal, of: Map = "complete"
+        self,
+        animal: Animal,
+        slope: float,
+        heading: float,
+        family: str,
+        goal: Goal,
+        of: Map = "complete",
+        *,
+        constraints: Constraints | str = "peterson2011",
     ) -> None:
         checked_choice("objective", goal, ("stability", "efficiency"))
         checked_choice("map", of, ("complete", "reduced"))
         # There is a fixed point to be looked for beside the gait.
         checked_angle("heading", heading, 0.94 * math.pi / 2)
-        self.goal, self.of = goal, of
+        self.goal, self.of, self.constraints = goal, of, named_constraints(constraints)
         self.trial = Trial(animal, slope, heading, family)
-        self.beside = self.trial.beside(heading_beside(heading))
+        self.beside = self.trial.beside(self.constraints.heading_beside(heading))
         self.evaluations = 0
 
     def at(self, slope: float, heading: float) -> "Objective":
         """Return the same at another slope and heading."""
-        return Objective(self.trial.system.animal, slope, heading, self.trial.family, self.goal, self.of)
+        animal, family = self.trial.system.animal, self.trial.family
+        return Objective(animal, slope, heading, family, self.goal, self.of, constraints=self.constraints)
+
+    def like(self, goal: Goal, of: Map) -> "Objective":
+        """Return the objective of the same gaits for another goal and map."""
+        trial = self.trial
+        animal, slope = trial.system.animal, trial.system.slope
+        return Objective(animal, slope, trial.heading, trial.family, goal, of, constraints=self.constraints)
 
     @property
     def floor(self) -> float:
@@ -165,42 +151,38 @@ class Objective:
             score = self.alone(ratio, found.z[0]) if found.residuals[0] <= GOAL else None
             if score is not None:
                 return self._with_beside(score, beside)
-        missing = Penalty(Constraint.FIXED_POINT, "", NO_GAIT + 2.0 * missing_fixed_point(squares))
-        return Score(ratio, None, None, 0.0, (*bound_penalties(self.trial.system.animal, ratio), missing))
+        unknown = np.full(len(ratio), np.nan)
+        limits = self.constraints.excess(ratio, unknown, np.full((len(ratio), 2), np.nan), signed=False)
+        missing = Penalty(Constraint.FIXED_POINT, "", self.constraints.missing(Constraint.FIXED_POINT, squares))
+        return Score(ratio, None, None, 0.0, (*self._penalties(limits), missing))
 
     def alone(self, ratio: Floats, z: Floats) -> Score | None:
         """Evaluate the objective at a solution without looking for the fixed point beside it; None if it is no gait."""
-        trial, animal = self.trial, self.trial.system.animal
-        what: What = "cost" if self.goal == "efficiency" else self.of
-        seen = trial.look(Candidate(ratio, z).point, what)
-        if not seen.is_gait[0]:
-            return None
-        if self.goal == "efficiency":
-            value = float(seen.cost[0])
-        else:
-            value = largest_magnitude(seen.jacobians[0]) ** (1 if self.of == "reduced" else 2)
-        penalties = (
-            *bound_penalties(animal, ratio),
-            *phase_penalties(animal.pairs, z[1:]),
-            *angle_penalties(animal.pairs, seen.angles[0]),
-        )
-        return Score(ratio, z, None, value, penalties)
+        values, excess = self._measured(Candidate(ratio, z).point[None])
+        return Score(ratio, z, None, float(values[0]), self._penalties(excess[0])) if np.isfinite(values[0]) else None
 
     def totals(self, candidates: Floats) -> Floats:
         """Evaluate the objective of candidates, ``(N, P + n)``, but for the gaits beside; infinite if it is none."""
-        trial, p = self.trial, len(self.trial.lengths)
-        seen = trial.look(candidates, "cost" if self.goal == "efficiency" else self.of)
-        value = np.full(len(candidates), np.inf)
+        values, excess = self._measured(candidates)
+        return values + np.sum(self.constraints.penalties(excess), axis=(1, 2))
+
+    def _measured(self, candidates: Floats) -> tuple[Floats, Floats]:
+        """Return what is to be small, infinite where there is no gait, and by how much limits are passed."""
+        p = len(self.trial.lengths)
+        seen = self.trial.look(candidates, "cost" if self.goal == "efficiency" else self.of)
+        values = np.full(len(candidates), np.inf)
         if self.goal == "efficiency":
-            value[seen.is_gait] = seen.cost[seen.is_gait]
+            values[seen.is_gait] = seen.cost[seen.is_gait]
         else:
             radii = np.max(np.abs(np.linalg.eigvals(seen.jacobians[seen.is_gait])), axis=1)
-            value[seen.is_gait] = radii ** (1 if self.of == "reduced" else 2)
-        phases = candidates[:, p + 1 :]
-        late, early = (phases - LATEST) / PHASE_UNIT, (EARLIEST - phases) / PHASE_UNIT
-        soft = 0.5 * np.maximum(late, 0.0) + np.where(early > 0.0, 0.5 + 0.5 * early, 0.0)
-        flat = np.maximum(ANGLE_WEIGHT * (SMALLEST_ANGLE - np.abs(seen.angles)), 0.0)
-        return value + np.sum(soft, axis=1) + np.nan_to_num(np.sum(flat, axis=(1, 2)))
+            values[seen.is_gait] = radii ** (1 if self.of == "reduced" else 2)
+        return values, self.constraints.excess(candidates[:, :p], candidates[:, p + 1 :], seen.angles, signed=False)
+
+    def _penalties(self, excess: Floats) -> tuple[Penalty, ...]:
+        """Name the limits of one candidate that are passed, each with its penalty."""
+        amounts, pairs = self.constraints.penalties(excess).T, self.trial.system.animal.pairs
+        places = np.argwhere(amounts > 0.0).tolist()
+        return tuple(Penalty(LIMITS[rule], pairs[pair], float(amounts[rule, pair])) for rule, pair in places)
 
     def _with_beside(self, score: Score, guess: Floats | None) -> Score:
         """Add the fixed point beside a gait, or the penalty for its absence."""
@@ -210,7 +192,7 @@ class Objective:
                 found = self.beside.solve(score.actuation, near)
                 if found.residuals[0] <= GOAL:
                     return replace(score, beside=found.z[0])
-        amount = 0.5 + 0.5 * missing_fixed_point(float(found.squares[0]))
+        amount = self.constraints.missing(Constraint.FIXED_POINT_BESIDE, float(found.squares[0]))
         return replace(score, penalties=(*score.penalties, Penalty(Constraint.FIXED_POINT_BESIDE, "", amount)))
 
     def approached(self, score: Score) -> Score:
@@ -218,7 +200,7 @@ class Objective:
         if score.unknowns is None or score.beside is not None:
             return score
         heading, near = self.trial.heading, score.unknowns
-        for share in HALTS:
+        for share in SHARES_ON_THE_WAY:
             trial = self.trial.beside(heading + share * (self.beside.heading - heading))
             found = trial.solve(score.actuation, near)
             if found.residuals[0] > GOAL:
@@ -233,16 +215,9 @@ class Objective:
         if score.unknowns is None:
             return ()
         seen = trial.look(Candidate(score.actuation, score.unknowns).point, "ends")
-        phases, angles = score.unknowns[1:], np.abs(seen.angles[0])
-        near = {
-            Constraint.ACTUATION_LEAST: score.actuation < LEAST + CLOSE,
-            Constraint.ACTUATION_MOST: score.actuation > MOST - CLOSE,
-            Constraint.PHASE_LATEST: phases > LATEST - CLOSE,
-            Constraint.PHASE_EARLIEST: phases < EARLIEST + CLOSE,
-            Constraint.ANGLE_TOUCHDOWN: angles[:, 0] < SMALLEST_ANGLE + 100.0 * CLOSE,
-            Constraint.ANGLE_LIFTOFF: angles[:, 1] < SMALLEST_ANGLE + 100.0 * CLOSE,
-        }
-        names = [f"{pair}: {rule}" for rule, rows in near.items() for pair, row in zip(pairs, rows, strict=True) if row]
+        excess = self.constraints.excess(score.actuation, score.unknowns[1:], seen.angles[0], signed=False)
+        near = np.argwhere(-CLOSE[:, None] < excess.T).tolist()
+        names = [f"{pairs[pair]}: {self.constraints.words(LIMITS[rule])}" for rule, pair in near]
         return (*names, *([str(Constraint.FIXED_POINT_BESIDE)] if self._is_near_fold(score) else []))
 
     def _is_near_fold(self, score: Score) -> bool:
@@ -250,7 +225,7 @@ class Objective:
         if score.beside is None:
             return True
         heading = self.trial.heading
-        further = self.trial.beside(heading + 1.02 * (heading_beside(heading) - heading))
+        further = self.trial.beside(heading + 1.02 * (self.beside.heading - heading))
         return bool(further.solve(score.actuation, score.beside).residuals[0] > GOAL)
 
     def eigenvalue(self, score: Score) -> float:
@@ -273,35 +248,3 @@ class Objective:
         problem = Problem(trial.system.animal, trial.system.slope, trial.heading, trial.family, magnitudes)
         gait = problem.gait(score.unknowns)
         return gait if gait is not None and gait.invalid() is None else None
-
-
-def bound_penalties(animal: Animal, ratio: Floats) -> list[Penalty]:
-    """Penalise an actuation (in units of nominal lengths) out of its range."""
-    penalties = []
-    for pair, share in zip(animal.pairs, ratio.tolist(), strict=True):
-        if share < LEAST:
-            penalties.append(Penalty(Constraint.ACTUATION_LEAST, pair, 30.0 + (LEAST - share) / LEAST))
-        if share > MOST:
-            penalties.append(Penalty(Constraint.ACTUATION_MOST, pair, 30.0 + (share - MOST) / (1.0 - MOST)))
-    return penalties
-
-
-def phase_penalties(pairs: tuple[str, ...], phases: Floats) -> list[Penalty]:
-    """Penalise phases (rad) out of their range: late ones softly."""
-    penalties = []
-    for pair, phase in zip(pairs, phases.tolist(), strict=True):
-        if phase > LATEST:
-            penalties.append(Penalty(Constraint.PHASE_LATEST, pair, 0.5 * (phase - LATEST) / PHASE_UNIT))
-        if phase < EARLIEST:
-            penalties.append(Penalty(Constraint.PHASE_EARLIEST, pair, 0.5 + 0.5 * (EARLIEST - phase) / PHASE_UNIT))
-    return penalties
-
-
-def angle_penalties(pairs: tuple[str, ...], angles: Floats) -> list[Penalty]:
-    """Penalise, softly, legs whose length hardly parts from its force-free length at touch-down or lift-off."""
-    penalties = []
-    for pair, row in zip(pairs, np.abs(angles).tolist(), strict=True):
-        for constraint, angle in zip((Constraint.ANGLE_TOUCHDOWN, Constraint.ANGLE_LIFTOFF), row, strict=True):
-            if angle < SMALLEST_ANGLE:
-                penalties.append(Penalty(constraint, pair, ANGLE_WEIGHT * (SMALLEST_ANGLE - angle)))
-    return penalties

@@ -6,20 +6,23 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from pkgutil import resolve_name
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from legspring.checks import LARGEST_SEED, checked_choice, checked_grid, checked_whole, checked_workers
+from legspring.constraints import Constraint, Constraints, named_constraints
 from legspring.files import code_stamp
 from legspring.memory import Memory
 from legspring.model import Animal
-from legspring.objective import NO_GAIT, Candidate, Constraint, Goal, Objective, Penalty, Score
+from legspring.objective import Candidate, Goal, Objective, Penalty, Score
 from legspring.optimisation import (
     APART,
     GAIN,
+    METHODS,
     TIE,
     End,
     Method,
@@ -30,7 +33,6 @@ from legspring.optimisation import (
     finished,
     is_as_good_as_can_be,
     lessen,
-    nelder_mead,
     rank,
     scan,
     spread_out,
@@ -91,10 +93,16 @@ class Case:
     heading: float
     family: str
     of: Map
+    constraints: Constraints
 
     def objective(self, goal: Goal) -> Objective:
         """Return the objective for a goal."""
-        return Objective(self.animal, math.radians(self.slope_deg), self.heading, self.family, goal, self.of)
+        slope, constraints = math.radians(self.slope_deg), self.constraints
+        return Objective(self.animal, slope, self.heading, self.family, goal, self.of, constraints=constraints)
+
+
+Cases = dict[Spot, Case]
+Key = tuple[Spot, Goal]
 
 
 def approached_from(
@@ -110,7 +118,7 @@ def approached_from(
 def explored(case: Case, seed: int) -> dict[Goal, list[End]]:
     """Search a case for both goals; among the ends are candidates as good as can be, if there are any."""
     objectives = {goal: case.objective(goal) for goal in GOALS}
-    candidates = scan(objectives["stability"].trial, seed, NODES)
+    candidates = scan(objectives["stability"], seed, NODES)
     found: dict[Goal, list[End]] = {}
     for goal, objective in objectives.items():
         ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
@@ -169,7 +177,7 @@ def polished_again(case: Case, goal: Goal, ends: Sequence[End]) -> list[End]:
     return settled(case, goal, sorted([*ends, *found], key=lambda end: end.score.total))
 
 
-def doubtful(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]]) -> list[tuple[Spot, Goal]]:
+def doubtful(cases: Cases, ends: dict[Key, list[End]]) -> list[Key]:
     """Return the cases whose objective stands out from that of their neighbours, or has none to compare with."""
     found = []
     for (row, column, family), goal in [key for key, here in ends.items() if here]:
@@ -186,9 +194,7 @@ def doubtful(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]]) 
     return found
 
 
-def origins_of(
-    cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], spot: Spot, goal: Goal
-) -> list[tuple[Case, Candidate]]:
+def origins_of(cases: Cases, ends: dict[Key, list[End]], spot: Spot, goal: Goal) -> list[tuple[Case, Candidate]]:
     """Return the neighbours of a case that have an optimum, with it."""
     row, column, family = spot
     around: list[Spot] = [(*near, family) for near in neighbours((row, column))]
@@ -213,13 +219,14 @@ def best_total(ends: Sequence[End]) -> float:
 
 
 def pass_on(
-    cases: dict[Spot, Case],
-    ends: dict[tuple[Spot, Goal], list[End]],
+    cases: Cases,
+    ends: dict[Key, list[End]],
     search: Callable[[Case, Goal, Sequence[Candidate], Sequence[End]], list[End]],
     count: int,
     gain: Callable[[Sequence[End], Sequence[End]], bool],
     pool: "Pool",
-    fresh: set[tuple[Spot, Goal]] | None = None,
+    *,
+    fresh: set[Key] | None = None,
 ) -> None:
     """Start searches from the first ends of neighbouring cells (all, or fresh ones), until there is no gain."""
     fresh = {key for key, found in ends.items() if found} if fresh is None else fresh
@@ -250,20 +257,18 @@ def is_less(before: Sequence[End], after: Sequence[End]) -> bool:
     return after[0].effort < before[0].effort - LESS
 
 
-def look_closer(cases: dict[Spot, Case], ends: dict[tuple[Spot, Goal], list[End]], pool: "Pool") -> None:
+def look_closer(cases: Cases, ends: dict[Key, list[End]], pool: "Pool") -> None:
     """Search the cases that stand out by way of what lies between them and their neighbours; pass on what is found."""
     doubts = doubtful(cases, ends)
     tasks = [(cases[spot], goal, origins_of(cases, ends, spot, goal), ends[spot, goal]) for spot, goal in doubts]
     found = dict(zip(doubts, pool.run(approached_from, tasks, "searching more closely"), strict=True))
     fresh = {key for key in doubts if is_better(ends[key], found[key])}
     ends |= found
-    pass_on(cases, ends, improved, 2, is_better, pool, fresh)
+    pass_on(cases, ends, improved, 2, is_better, pool, fresh=fresh)
 
 
-def default_search(
-    cases: dict[Spot, Case], known: dict[tuple[Spot, Goal], Candidate], seed: int, pool: "Pool"
-) -> dict[tuple[Spot, Goal], dict[str, Any]]:
-    """Find the best of each case by the default method, starting from what is known as well."""
+def search(cases: Cases, known: dict[Key, Candidate], seed: int, pool: "Pool") -> dict[Key, dict[str, Any]]:
+    """Find the best of each case, starting from what is known as well."""
     found = pool.run(explored, [(case, seed) for case in cases.values()], "searching for the best actuations")
     ends = {(spot, goal): here[goal] for spot, here in zip(cases, found, strict=True) for goal in GOALS}
     tasks = [(cases[spot], goal, [start], ends[spot, goal]) for (spot, goal), start in known.items()]
@@ -282,9 +287,9 @@ def default_search(
     return {key: value for key, value in zip(keys, values, strict=True) if value is not None}
 
 
-def known_optima(cases: dict[Spot, Case], optima: xr.Dataset) -> dict[tuple[Spot, Goal], Candidate]:
+def known_optima(cases: Cases, optima: xr.Dataset) -> dict[Key, Candidate]:
     """Return the actuation and unknowns of each case that a map has."""
-    found: dict[tuple[Spot, Goal], Candidate] = {}
+    found: dict[Key, Candidate] = {}
     for spot, case in cases.items():
         here = optima.sel(slope_deg=case.slope_deg, heading=case.heading, family=case.family)
         for goal in GOALS:
@@ -299,52 +304,6 @@ def candidate_of(gait: xr.Dataset, animal: Animal) -> Candidate:
     desired = animal.desired_speed(math.radians(float(gait["slope_deg"])))
     z = np.concatenate([[float(gait["speed"]) / desired], gait["phase"].values])
     return Candidate(gait["actuation"].values / pair_lengths(animal), z)
-
-
-def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]]:
-    """Find optima along rising slopes as the thesis does: each from its neighbour's, the first from a coarse search.
-
-    The chain starts in the middle, and ends where a search finds no gait.
-    """
-    out: list[dict[Goal, dict[str, Any]]] = [{} for _ in cases]
-    middle = len(cases) // 2
-    for first in sorted(range(len(cases)), key=lambda n: abs(n - middle)):
-        objective = cases[first].objective("stability")
-        start = rank(objective, scan(objective.trial, seed, NODES), NO_GAIT)[:1]
-        if start:
-            break
-    else:
-        return out
-    for way in (range(first, len(cases)), range(first - 1, -1, -1)):
-        candidate = start[0]
-        for n in way:
-            end = nelder_mead(cases[n].objective("stability"), candidate)
-            if end.score.total >= NO_GAIT:
-                break
-            candidate = end.candidate
-            start = start if n != first else [candidate]
-            for goal in GOALS:
-                objective = cases[n].objective(goal)
-                last = end if goal == "stability" else nelder_mead(objective, candidate)
-                optimum = finished(objective, last, "nelder-mead")
-                if optimum is not None:
-                    out[n][goal] = described(optimum)
-    return out
-
-
-def thesis_search(cases: dict[Spot, Case], seed: int, pool: "Pool") -> dict[tuple[Spot, Goal], dict[str, Any]]:
-    """Find the best of each case by the thesis's method."""
-    chains: dict[tuple[int, str], list[Spot]] = {}
-    for row, column, family in cases:
-        chains.setdefault((column, family), []).append((row, column, family))
-    tasks = [([cases[spot] for spot in chain], seed) for chain in chains.values()]
-    found = pool.run(chained, tasks, "searching as the thesis does", chunk=1)
-    return {
-        (spot, goal): values
-        for chain, here in zip(chains.values(), found, strict=True)
-        for spot, goals in zip(chain, here, strict=True)
-        for goal, values in goals.items()
-    }
 
 
 def in_chunk(function: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
@@ -408,6 +367,7 @@ def optimal_atlas(
     workers: int | None = None,
     cache: str | os.PathLike[str] | None = None,
     progress: bool = False,
+    constraints: Constraints | str = "peterson2011",
 ) -> xr.Dataset:
     """Map the gaits with the best actuation over slope and heading, for each family and for both objectives.
 
@@ -416,7 +376,7 @@ def optimal_atlas(
     animal
         The animal; its yaw must be held.
     slopes_deg, headings
-        The grid, rising: degrees, rad; by default the thesis's.
+        The grid, rising: degrees, rad; by default that of `legspring.atlas`.
     map, method
         See `legspring.optimize`. Both methods pass optima on between cells: the default one as further starts, the
         thesis's as the only ones.
@@ -430,6 +390,8 @@ def optimal_atlas(
         Directory that keeps what was computed, so that a search which was stopped goes on where it was.
     progress
         Whether to show progress bars.
+    constraints
+        See `legspring.optimize`.
 
     Returns
     -------
@@ -440,14 +402,15 @@ def optimal_atlas(
     Raises
     ------
     ValueError
-        For a grid that does not rise, a number out of range, or an unknown map or method.
+        For a grid that does not rise, a number out of range, or an unknown map, method or constraints.
     """
     slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
     headings = checked_grid("headings", headings, math.pi / 2)
     seed, count = checked_whole("seed", seed, 0, LARGEST_SEED), checked_workers(workers)
-    checked_choice("method", method, get_args(Method))
+    checked_choice("method", method, METHODS)
+    rules = named_constraints(constraints)
     cases = {
-        (row, column, family): Case(animal, slope, heading, family, map)
+        (row, column, family): Case(animal, slope, heading, family, map, rules)
         for row, slope in enumerate(slopes_deg)
         for column, heading in enumerate(headings)
         for family in animal.families
@@ -457,16 +420,15 @@ def optimal_atlas(
     memory = None if cache is None else Memory(Path(cache), code_stamp(), KINDS)
     with processes(count) as shared:
         pool = Pool(shared, memory, progress)
-        if method == "default":
-            found = default_search(cases, {} if starts is None else known_optima(cases, starts), seed, pool)
-        else:
-            found = thesis_search(cases, seed, pool)
+        known = {} if starts is None else known_optima(cases, starts)
+        found = resolve_name(METHODS[method][1])(cases, known, seed, pool)
     dataset = _empty(animal, slopes_deg, headings)
     dataset.attrs = provenance(animal, {}) | {
         "title": f"Gaits of {animal.name} with the best actuation over slope and heading",
         "map": map,
         "method": method,
         "seed": seed,
+        "constraints": constraints if isinstance(constraints, str) else str(rules),
     }
     dataset.attrs["seconds"] = time.perf_counter() - start + (memory.spared if memory else 0.0)
     families = list(animal.families)

@@ -1,50 +1,58 @@
-"""The actuation that makes gaits most stable or most efficient (thesis section 3.5).
+"""The actuation that makes gaits most stable or most efficient.
 
-The default method looks all over the range of actuations for gaits (`scan`), polishes the best of them, constraints as
+The method looks all over the range of actuations for gaits (`scan`), polishes the best of them, constraints as
 constraints (`legspring.optimum.Programme`), and takes the least actuation among those that are as good (`settle`): the
-minimum is often not unique. The thesis's own method, Nelder and Mead's on its penalised objective, is there to compare.
+minimum is often not unique. Other methods are looked up by their names (`METHODS`).
 """
 
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
-from typing import Literal, NamedTuple, get_args
+from pkgutil import resolve_name
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
-from scipy.optimize import minimize
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from legspring.checks import LARGEST_SEED, checked_choice, checked_slope, checked_whole
+from legspring.constraints import Constraints
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
-from legspring.objective import EARLIEST, LEAST, MOST, NO_GAIT, Candidate, Goal, Objective, Score
+from legspring.objective import Candidate, Goal, Objective, Score
 from legspring.optimum import ITERATIONS, LATEST_OF_ALL, Programme
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
-from legspring.trial import Map, Trial, pair_lengths
+from legspring.trial import Map, pair_lengths
 
 Method = Literal["default", "nelder-mead"]
+METHODS: dict[Method, tuple[str, str]] = {
+    "default": ("legspring.optimisation:search", "legspring.optima:search"),
+    "nelder-mead": ("legspring.peterson2011.search:search", "legspring.peterson2011.search:search_map"),
+}
+"""Who searches for the best of one cell, and of a map."""
 
 NODES = 256
 """Actuations at which a search looks for gaits; a power of two."""
 NEIGHBOURS = 3
 """Actuations to which each solution is continued."""
-STARTS = 1
+STARTS_AT_NODE = 1
 """Starts at each actuation."""
+START_PHASE = math.pi / 2
+"""Their phases are within this much of 0, rad."""
 MOST_AT_NODE = 3
 """Solutions kept at each actuation."""
 POLISHED = 24
 """Gaits that are polished."""
 FEW_NODES, FEW_POLISHED = 32, 2
 """The same in each of the places around."""
-NEAR = ((5.0, 0.0), (-5.0, 0.0), (15.0, 0.0), (-15.0, 0.0), (0.0, 0.05), (0.0, -0.05))
-FAR = ((-30.0, 0.0), (30.0, 0.0), (-45.0, 0.0))
+NEAR_PLACES = ((5.0, 0.0), (-5.0, 0.0), (15.0, 0.0), (-15.0, 0.0), (0.0, 0.05), (0.0, -0.05))
+FAR_PLACES = ((-30.0, 0.0), (30.0, 0.0), (-45.0, 0.0))
 """How far away these are: slope (deg), heading (rad); the far ones are for when nothing else was found."""
-LEAST_HALTS, HALT = 4, math.radians(3.0)
+FEWEST_STOPS, STOP_EVERY = 4, math.radians(3.0)
 """On the way from one place to another optima are looked for so often, or every so much of the slope."""
 APART = 0.35
 """Difference of phases between starts of polishing, rad."""
@@ -56,8 +64,6 @@ MOST_POINTS = 1000
 """Gaits of a trade-off."""
 GAIN = 1e-4
 """Gain for which it is worth starting a search again from where it ended."""
-MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
-"""What MATLAB's fminsearch stops at by default, for three variables; actuations in m."""
 
 
 class End(NamedTuple):
@@ -87,7 +93,7 @@ class Optimum(Gait):
     objective, map, method
         What was minimised, the map whose eigenvalues count for stability, and how.
     value, penalised
-        The objective without and with the penalties of Table 3.1.
+        The objective without and with the penalties for constraints that are not kept.
     ending
         Why the search stopped.
     active
@@ -117,11 +123,12 @@ def optimize(
     map: Map = "complete",
     method: Method = "default",
     seed: int = 0,
+    constraints: Constraints | str = "peterson2011",
 ) -> Optimum | None:
     """Find the actuation of each pair of legs that makes a gait most stable, or most efficient.
 
-    The actuation stays within 0.2 and 0.9 of the legs' nominal lengths, and the gait keeps the constraints of the
-    thesis's Table 3.1, the soft ones at a price. Among actuations that are as good (to 1e-3), the smallest is taken.
+    The actuation and the gait keep constraints, the soft ones at a price. Among actuations that are as good (to 1e-3),
+    the smallest is taken.
 
     Parameters
     ----------
@@ -141,18 +148,22 @@ def optimize(
         ``"default"``, or ``"nelder-mead"``: the thesis's method, started from the best gait of a coarse search.
     seed
         Of the actuations at which the search looks for gaits; the result must not depend on it.
+    constraints
+        By default those of the thesis's Table 3.1, `legspring.peterson2011.constraints.TABLE_3_1`: an actuation within
+        0.2 and 0.9 of the nominal lengths, for instance. Others are a `legspring.constraints.Constraints`, such as
+        ``dataclasses.replace(TABLE_3_1, actuation=(0.1, 0.6))``.
 
     Returns
     -------
     Optimum or None
         A gait that also says what was reached, why the search stopped and which constraints bind; None if no gait
-        was found that is worth more than none (a penalised objective of 2).
+        was found that is worth more than none (in the thesis's constraints, a penalised objective of 2).
 
     Raises
     ------
     ValueError
-        For an angle out of range, an unknown family, objective, map or method, or an animal whose gaits have other
-        unknowns.
+        For an angle out of range, an unknown family, objective, map, method or constraints, or an animal whose gaits
+        have other unknowns.
 
     Examples
     --------
@@ -162,26 +173,25 @@ def optimize(
     (0.7071, 'default')
     """
     angle, seed = checked_slope(slope, slope_deg), checked_whole("seed", seed, 0, LARGEST_SEED)
-    checked_choice("method", method, ("default", "nelder-mead"))
+    checked_choice("method", method, METHODS)
+    look = resolve_name(METHODS[method][0])
     # Matrices are tiny: threads would only get in each other's way, and round differently.
     with threadpool_limits(1):
         found = [
-            search(Objective(animal, angle, heading, label, objective, map), method, seed)
+            look(Objective(animal, angle, heading, label, objective, map, constraints=constraints), seed)
             for label in (animal.families if family is None else [family])
         ]
     return best_of([optimum for optimum in found if optimum is not None])
 
 
-def search(objective: Objective, method: Method, seed: int) -> Optimum | None:
+def search(objective: Objective, seed: int) -> Optimum | None:
     """Search one family in one cell."""
-    candidates = scan(objective.trial, seed)
-    if method == "nelder-mead":
-        return thesis_search(objective, candidates)
+    candidates = scan(objective, seed)
     ends = explore(objective, spread_out(rank(objective, candidates), POLISHED))
     if not ends or not is_as_good_as_can_be(objective, ends[0]):
-        ends += from_around(objective, NEAR, seed)
+        ends += from_around(objective, NEAR_PLACES, seed)
     if not ends:
-        ends += from_around(objective, FAR, seed)
+        ends += from_around(objective, FAR_PLACES, seed)
     ends.sort(key=lambda end: end.score.total)
     return settle(objective, ends, candidates)
 
@@ -196,7 +206,7 @@ def from_around(objective: Objective, places: Sequence[tuple[float, float]], see
             origin = objective.at(slope + math.radians(change_deg), heading + turn)
         except ValueError:  # there is no such slope, or heading
             continue
-        near = explore(origin, spread_out(rank(origin, scan(origin.trial, seed, FEW_NODES)), FEW_POLISHED))
+        near = explore(origin, spread_out(rank(origin, scan(origin, seed, FEW_NODES)), FEW_POLISHED))
         ends += approached(objective, origin, near[0].candidate) if near else []
         objective.evaluations += origin.evaluations
     return ends
@@ -205,7 +215,7 @@ def from_around(objective: Objective, places: Sequence[tuple[float, float]], see
 def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
     """Search from an optimum of another place by way of what lies in between; return the ends, the best first."""
     start, target = (np.array([o.trial.system.slope, o.trial.heading]) for o in (origin, objective))
-    count = max(LEAST_HALTS, round(abs(float(target[0] - start[0])) / HALT))
+    count = max(FEWEST_STOPS, round(abs(float(target[0] - start[0])) / STOP_EVERY))
     for share in (np.arange(count) + 1.0) / count:
         halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
         end = polish(halt, candidate, iterations=FIRST_ITERATIONS)
@@ -225,12 +235,13 @@ def trade_off(
     map: Map = "complete",
     points: int = 9,
     seed: int = 0,
+    constraints: Constraints | str = "peterson2011",
 ) -> list[Gait]:
     """Find gaits from the most stable to the cheapest one of a family: the Pareto front of both objectives.
 
     Parameters
     ----------
-    animal, heading, family, slope, slope_deg, map, seed
+    animal, heading, family, slope, slope_deg, map, seed, constraints
         See `optimize`.
     points
         About how many gaits, from 2; those in between cost least within bounds of the eigenvalue.
@@ -247,11 +258,9 @@ def trade_off(
     """
     points = checked_whole("points", points, 2, MOST_POINTS)
     angle = checked_slope(slope, slope_deg)
-    best = [
-        optimize(animal, heading=heading, family=family, slope=angle, objective=goal, map=map, seed=seed)
-        for goal in get_args(Goal)
-    ]
-    objective = Objective(animal, angle, heading, family, "efficiency", map)
+    here: dict[str, Any] = {"heading": heading, "family": family, "slope": angle, "map": map, "seed": seed}
+    best = [optimize(animal, **here, objective=goal, constraints=constraints) for goal in get_args(Goal)]
+    objective = Objective(animal, angle, heading, family, "efficiency", map, constraints=constraints)
     stable, cheap = ([objective.candidate(gait)] if gait is not None else [] for gait in best)
     if not stable or not cheap:
         return []
@@ -268,20 +277,21 @@ def best_of(optima: Sequence[Optimum]) -> Optimum | None:
     return min(rest, key=lambda o: float(np.sum((o.actuation / pair_lengths(o.animal)) ** 2)), default=None)
 
 
-def scan(trial: Trial, seed: int = 0, nodes: int = NODES) -> list[Candidate]:
+def scan(objective: Objective, seed: int = 0, nodes: int = NODES) -> list[Candidate]:
     """Look for solutions of a gait's conditions at actuations all over their range.
 
     What is found at one actuation is continued to those around it, until nothing new turns up.
     """
-    problem, sobol = trial.problem, qmc.Sobol(len(trial.lengths) + STARTS * trial.problem.size, rng=seed)
+    trial, (least, most) = objective.trial, objective.constraints.actuation
+    problem, sobol = trial.problem, qmc.Sobol(len(trial.lengths) + STARTS_AT_NODE * trial.problem.size, rng=seed)
     points = sobol.random(nodes)
-    grid = LEAST + (MOST - LEAST) * points[:, : len(trial.lengths)]
-    low = np.array([SPEED_RANGE[0], *np.full(len(trial.lengths), EARLIEST)])
-    high = np.array([SPEED_RANGE[1], *np.full(len(trial.lengths), -EARLIEST)])
+    grid = least + (most - least) * points[:, : len(trial.lengths)]
+    low = np.array([SPEED_RANGE[0], *np.full(len(trial.lengths), -START_PHASE)])
+    high = np.array([SPEED_RANGE[1], *np.full(len(trial.lengths), START_PHASE)])
     starts = low + (high - low) * points[:, len(trial.lengths) :].reshape(-1, problem.size)
     near = cKDTree(grid).query(grid, NEIGHBOURS + 1)[1][:, 1:]
     found: list[list[Floats]] = [[] for _ in grid]
-    where = np.repeat(np.arange(nodes), STARTS)
+    where = np.repeat(np.arange(nodes), STARTS_AT_NODE)
     while len(where):
         solved = problem.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL, grid[where] * trial.lengths)
         fresh = []
@@ -335,7 +345,7 @@ def polish(
     if most is None:
         # The programme asks for a little more than the objective does, and may stop at a kink.
         score = min(score, before, key=lambda score: score.total)
-    return End(score, reason) if score.total < NO_GAIT else None
+    return End(score, reason) if score.total < objective.constraints.no_gait else None
 
 
 def explore(objective: Objective, starts: Iterable[Candidate]) -> list[End]:
@@ -426,53 +436,16 @@ def front(objective: Objective, stable: Candidate, cheap: Candidate, points: int
             assert start.unknowns is not None
             x, _ = programme.minimise(programme.start(start.actuation, start.unknowns, start.beside))
             score = objective(x[programme.u], x[programme.z], x[programme.beside])
-            if score.total < NO_GAIT and objective.eigenvalue(score) < limit + TIE:
+            if score.total < objective.constraints.no_gait and objective.eigenvalue(score) < limit + TIE:
                 tried.append(score)
         found = [*sorted(tried, key=lambda score: score.total)[:1], *found]
     return [ends[0], *found]
 
 
-def thesis_search(objective: Objective, candidates: Sequence[Candidate]) -> Optimum | None:
-    """Search as the thesis does, from the best candidate; for efficiency, by way of the most stable gait."""
-    trial, problem = objective.trial, objective.trial.problem
-    stability = Objective(
-        trial.system.animal, trial.system.slope, problem.heading, problem.family, "stability", "reduced"
-    )
-    starts = rank(stability, candidates)
-    if not starts:
-        return None
-    end = nelder_mead(stability, starts[0])
-    if end.score.total >= NO_GAIT:
-        return None
-    if objective.goal == "efficiency" or objective.of != "reduced":
-        end = nelder_mead(objective, end.candidate)
-    objective.evaluations += stability.evaluations
-    return finished(objective, end, "nelder-mead")
-
-
-def nelder_mead(objective: Objective, start: Candidate) -> End:
-    """Minimise the penalised objective by Nelder and Mead's method, with the defaults of MATLAB's fminsearch.
-
-    Every evaluation searches for its gait from that of the best one so far.
-    """
-    lengths, (actuation, near, _) = objective.trial.lengths, start
-    best = objective(actuation, near)
-
-    def total(magnitudes: Floats) -> float:
-        nonlocal best
-        score = objective(magnitudes / lengths, near if best.unknowns is None else best.unknowns)
-        if score.unknowns is not None and (best.unknowns is None or score.total < best.total):
-            best = score
-        return score.total
-
-    found = minimize(total, actuation * lengths, method="Nelder-Mead", options=MATLAB)
-    return End(best, "converged" if found.success else "limit of evaluations reached")
-
-
 def finished(objective: Objective, end: End, method: Method) -> Optimum | None:
     """Make the end of a search a gait, refined and verified; None if it is none, or not worth having."""
     score = end.score
-    gait = objective.gait(score) if score.total < NO_GAIT else None
+    gait = objective.gait(score) if score.total < objective.constraints.no_gait else None
     if gait is None:
         return None
     return Optimum(

@@ -3,7 +3,7 @@
 All at once: actuation u and unknowns z of the gait are varied together, with the conditions of a gait as equations, so
 that the search passes folds, where two gaits meet, without noticing. The fixed point at a slightly larger heading,
 which must exist, has unknowns and equations of its own. What is to be small is a bound t of the eigenvalues (or cost)
-plus what the soft constraints of Table 3.1 are violated by, each a variable >= 0; with that, all functions are smooth
+plus what the soft constraints are violated by, each a variable >= 0; with that, all functions are smooth
 where the maximum of moduli of eigenvalues is not.
 """
 
@@ -14,19 +14,10 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import minimize
 
+from legspring.constraints import SOFT
 from legspring.kernel.circle import characteristic, inside
 from legspring.kernel.walker import Floats
-from legspring.objective import (
-    ANGLE_WEIGHT,
-    EARLIEST,
-    LATEST,
-    LEAST,
-    MOST,
-    PHASE_UNIT,
-    SMALLEST_ANGLE,
-    Objective,
-    heading_beside,
-)
+from legspring.objective import Objective
 
 DIFFERENCE = 1e-6
 """Step of the differences of exact Jacobians."""
@@ -39,6 +30,8 @@ LATEST_OF_ALL = 2.5
 """Largest phase to be looked at, rad."""
 WORST = 3.0
 """Largest objective, and part of it, to be looked at."""
+WORST_ANGLE = -90.0
+"""What counts as a leg's angle, deg, where it has none."""
 SMALLEST = 5e-4
 """Bound of eigenvalues below which there is no point in going."""
 CLEARANCE = 1.002
@@ -87,7 +80,7 @@ class Programme:
     """The nonlinear programme of one objective.
 
     Variables: actuation u (units of nominal lengths), unknowns z of the gait, unknowns of the one beside, what is to be
-    small (eigenvalue or cost), and an amount for each soft constraint of Table 3.1, in the units of the objective.
+    small (eigenvalue or cost), and an amount for each soft constraint, in the units of the objective.
 
     Parameters
     ----------
@@ -99,17 +92,17 @@ class Programme:
 
     def __init__(self, objective: Objective, limit: float | None = None) -> None:
         self.objective, self.limit = objective, limit
-        heading = objective.trial.heading
+        self.constraints, heading = objective.constraints, objective.trial.heading
         # A little beyond what is asked for, so that a fold is kept clear of.
-        self.further = objective.trial.beside(heading + CLEARANCE * (heading_beside(heading) - heading))
+        self.further = objective.trial.beside(heading + CLEARANCE * (objective.beside.heading - heading))
         p = self.pairs = len(objective.trial.lengths)
         m = 1 + p
         self.u, self.z, self.beside = slice(0, p), slice(p, p + m), slice(p + m, p + 2 * m)
         self.t, self.slack, self.size = p + 2 * m, slice(p + 2 * m + 1, 4 * p + 2 * m + 1), 4 * p + 2 * m + 1
         low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
-        low[self.u], high[self.u] = LEAST, MOST
+        low[self.u], high[self.u] = self.constraints.actuation
         low[[self.z.start, self.beside.start]] = SLOWEST
-        low[self.z.start + 1 : self.z.stop] = EARLIEST
+        low[self.z.start + 1 : self.z.stop] = self.constraints.phase[0]
         high[[self.z.start, self.beside.start]] = FASTEST
         high[self.z.start + 1 : self.z.stop] = LATEST_OF_ALL
         high[self.t :] = WORST
@@ -160,7 +153,7 @@ class Programme:
         angles, measure = self.measure(x[None, : self.z.stop])
         if here is None or beside is None or np.any(np.isnan(measure)):
             return None
-        return Point(self, x[: self.z.stop].copy(), here, beside, np.nan_to_num(angles[0], nan=-90.0), measure[0])
+        return Point(self, x[: self.z.stop].copy(), here, beside, np.nan_to_num(angles[0], nan=WORST_ANGLE), measure[0])
 
     def equations(self, x: Floats) -> Floats:
         """Return what must be zero: conditions of the gait, and of the one beside."""
@@ -182,7 +175,7 @@ class Programme:
         point = self.point(x)
         if point is None:
             return np.full(3 * self.pairs + self._bounded, -NOWHERE)
-        room = x[self.slack] - soft_violations(x[self.z], point.angles)
+        room = x[self.slack] - self.violations(x, point)
         return np.concatenate([room, self.within(point.measure, x[self.t])[0]])
 
     def margins_by(self, x: Floats) -> Floats:
@@ -194,10 +187,16 @@ class Programme:
         angles_by, measure_by = point.slopes
         _, by_measure, by_t = self.within(point.measure, x[self.t])
         by[: 3 * p, self.slack] = np.eye(3 * p)
-        by[:p, self.z.start + 1 : n] = -0.5 / PHASE_UNIT * np.eye(p)
-        by[p : 3 * p, :n] = ANGLE_WEIGHT * angles_by
+        late, *clear = self.constraints.rates[SOFT]
+        by[:p, self.z.start + 1 : n] = -late * np.eye(p)
+        by[p : 3 * p, :n] = np.tile(clear, p)[:, None] * angles_by
         by[3 * p :, self.t], by[3 * p :, :n] = by_t, by_measure @ measure_by
         return by
+
+    def violations(self, x: Floats, point: Point) -> Floats:
+        """Return how much each soft constraint adds to the objective (negative: it is kept): phases, then angles."""
+        angles = point.angles.reshape(-1, 2)
+        return self.constraints.soft(self.constraints.excess(x[self.u], x[self.z][1:], angles, signed=True))
 
     @property
     def _bounded(self) -> int:
@@ -212,7 +211,7 @@ class Programme:
         if point is None:
             x[self.t :] = 1.0
         else:
-            x[self.slack] = soft_violations(z, point.angles)
+            x[self.slack] = self.violations(x, point)
             x[self.t] = point.measure[0] if self.objective.goal == "efficiency" else self.bound(point.measure)
         return np.clip(x, self.bounds[:, 0], self.bounds[:, 1])
 
@@ -281,8 +280,3 @@ def steps_taken(residual: Floats, jacobian: Floats) -> Floats:
     length = np.linalg.norm(correction)
     along = right[rows:].T
     return along if not length > NEGLIGIBLE else np.column_stack([along, correction / length])
-
-
-def soft_violations(z: Floats, angles: Floats) -> Floats:
-    """Return how much each soft constraint adds to the objective (negative: it is kept): phases, then angles."""
-    return np.concatenate([0.5 * (z[1:] - LATEST) / PHASE_UNIT, ANGLE_WEIGHT * (SMALLEST_ANGLE - angles)])

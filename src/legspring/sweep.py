@@ -25,9 +25,6 @@ from legspring.solve import number_branches, sort, starts_for, zeros
 T = TypeVar("T")
 R = TypeVar("R")
 
-CITATION = (
-    "D. E. Peterson, Reduced Order Multi-Legged Mathematical Modeling of Cockroach Locomotion on Inclines, thesis, 2011"
-)
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
@@ -206,7 +203,7 @@ def atlas(
     animal
         The animal.
     slopes_deg, headings
-        The grid, rising: degrees, rad; by default the thesis's.
+        The grid, rising: degrees, rad; by default 0 to 90 deg and 0 to 0.45 rad.
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
     impulses
@@ -292,6 +289,6 @@ def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
         "animal": animal.name,
         "parameters": json.dumps(animal.model_dump(mode="json")),
         "source": f"legspring {legspring.__version__}",
-        "references": CITATION,
+        "references": animal.source,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
     } | ({"search": ", ".join(f"{count} {what}" for what, count in effort.items())} if effort else {})

@@ -9,8 +9,8 @@ import pytest
 import xarray as xr
 
 import legspring as ls
-from legspring.data import published_forces
 from legspring.peterson2011.claims import CLAIMS, Outcome, Results, Verdict, judge
+from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.tables import peak_range
 from legspring.sweep import HEADINGS, SLOPES_DEG
 

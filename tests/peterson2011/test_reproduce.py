@@ -12,9 +12,9 @@ import xarray as xr
 from PIL import Image
 
 import legspring as ls
-from legspring.figures.peterson2011 import FIGURES
-from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.peterson2011 import reproduce as module
+from legspring.peterson2011.figures import FIGURES
+from legspring.peterson2011.figures.beyond import BEYOND
 from legspring.peterson2011.reproduce import DATA, TABLES, Store, reproduce
 from legspring.sweep import HEADINGS, SLOPES_DEG
 from tests.made_up import made_up_optima

@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 
 import legspring as ls
-from legspring.data import published_forces
-from legspring.homotopy import straight, walk, with_hips
 from legspring.peterson2011 import yawing as what
+from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Section
+from legspring.peterson2011.walks import straight, walk, with_hips
 
 GRID = {"slopes_deg": (0, 15, 30, 45), "headings": (0.05, 0.15, 0.25), "impulses": ()}
 

@@ -138,10 +138,10 @@ def draw_map(
     axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(grid[y].attrs, y))
     axes.set_title(title if title is not None else place)
     # Large enough to show around the marker of the family.
-    handles = mark(axes, grid, x, y, lost, "x", "not recovered", size=8.0)
+    handles = mark(axes, grid, x, y, lost, "x", meaning="not recovered", size=8.0)
     if families and "family" in grid.data_vars:
         for marker, family in zip(MARKERS, family_order(dataset), strict=False):
-            handles += mark(axes, grid, x, y, grid["family"].values == family, marker, family)
+            handles += mark(axes, grid, x, y, grid["family"].values == family, marker, meaning=family)
     axes.label_outer()
     handles += empty(axes) if bool(values.isnull().any()) else []
     return Map(axes, mesh, label(values.attrs), handles)
@@ -227,6 +227,7 @@ def mark(
     y: str,
     where: NDArray[np.bool_],
     marker: str,
+    *,
     meaning: str,
     size: float | None = None,
 ) -> list[Artist]:

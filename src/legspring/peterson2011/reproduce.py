@@ -17,21 +17,22 @@ from threadpoolctl import threadpool_limits
 
 import legspring as ls
 from legspring.checks import checked_workers
-from legspring.data import published_forces
 from legspring.figures import save_figure
-from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, ThesisFigure
-from legspring.figures.peterson2011.beyond import BEYOND
 from legspring.files import PathLike, check_output, code_stamp, make_directory, save_csv, save_netcdf, whole_file
 from legspring.kernel.walker import Floats
 from legspring.layout import System
 from legspring.model import Animal, cockroach
-from legspring.objective import NO_GAIT, Objective
+from legspring.objective import Objective
 from legspring.optima import candidate_of, optimal_atlas, select
 from legspring.optimisation import Method, front
 from legspring.parallel import processes
 from legspring.peterson2011 import yawing
-from legspring.peterson2011.beyond import decays, sections
+from legspring.peterson2011.beyond import sections
 from legspring.peterson2011.claims import Results, Verdict, judge
+from legspring.peterson2011.decay import decays
+from legspring.peterson2011.figures import FIGURES, GAIT, SIMULATION, ThesisFigure
+from legspring.peterson2011.figures.beyond import BEYOND
+from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import CHAPTERS, File, Picture, Section, write_report
 from legspring.peterson2011.tables import (
     Table,
@@ -296,8 +297,9 @@ def one_front(animal: Animal, optima: xr.Dataset) -> Floats:
         return values
     stable, cheap = (candidate_of(optima.sel(objective=goal), animal) for goal in ("stability", "efficiency"))
     with threadpool_limits(1):
-        scores = [score for score in front(objective, stable, cheap, FRONT_POINTS) if score.total < NO_GAIT]
-    for n, score in enumerate(scores):
+        scores = front(objective, stable, cheap, FRONT_POINTS)
+    worth = [score for score in scores if score.total < objective.constraints.no_gait]
+    for n, score in enumerate(worth):
         values[:, n] = objective.eigenvalue(score), score.value
     return values
 

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from legspring.data import published_forces
+from legspring.constraints import Constraint
 from legspring.files import whole_file
 from legspring.model import Animal
-from legspring.objective import Constraint
+from legspring.peterson2011.constraints import TABLE_3_1
+from legspring.peterson2011.published import published_forces
 
 OBJECTIVES = ("stability", "efficiency")
 LEG_WORDS = {"F": "front", "M": "middle", "B": "back"}
@@ -124,7 +125,7 @@ def constraint_table() -> Table:
         "3.1",
         "Constraints of the optimisation. Where one is not kept, its penalty is added to the objective.",
         ("constraint", "type", "penalty"),
-        tuple((str(constraint), *penalties[constraint]) for constraint in Constraint),
+        tuple((TABLE_3_1.words(constraint), *penalties[constraint]) for constraint in Constraint),
     )
 
 
@@ -160,7 +161,7 @@ def force_ranges(atlas: xr.Dataset, selected: xr.Dataset, nelder_mead: xr.Datase
     Returns
     -------
     xarray.Dataset
-        Over leg, axis, slope_deg and extreme (see `legspring.data.published_forces`): ``experiment``, ``model``,
+        Over leg, axis, slope_deg and extreme (see `legspring.peterson2011.published`): ``experiment``, ``model``,
         ``model_thesis``, and for each objective such as stability ``stability``, ``stability_nelder_mead`` and
         ``stability_thesis``; missing where there is no gait.
     """

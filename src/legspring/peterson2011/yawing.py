@@ -7,13 +7,13 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from legspring.data import published_forces
 from legspring.gait import Gait
-from legspring.homotopy import straight, walk, with_hips
 from legspring.model import Animal, load_animal
 from legspring.peterson2011.claims.evidence import animal_of, exists
+from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Section
 from legspring.peterson2011.tables import HEADINGS, LEG_WORDS, Cell, Range, Table, peak_range, table_cells
+from legspring.peterson2011.walks import straight, walk, with_hips
 from legspring.sweep import atlas, find_all, provenance
 
 SLOPES_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)

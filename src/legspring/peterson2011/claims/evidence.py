@@ -117,7 +117,7 @@ class Results:
     selected, selected_nelder_mead
         Those of the best family of each cell; ``family`` is a variable then.
     measured
-        Peak forces of animals, of `legspring.data.published_forces`.
+        Peak forces of animals, of `legspring.peterson2011.published.published_forces`.
     back_pulls
         An atlas of the families in which the back legs pull; None if nobody has looked for them.
     """

@@ -3,11 +3,11 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from legspring.figures.peterson2011.registry import ThesisFigure
-from legspring.figures.peterson2011.sketches import sketch_of_path
 from legspring.figures.style import COLOURS, COLUMN, GRAY, new_figure, styled, units
 from legspring.layout import System
 from legspring.measures.robustness import push_knots
+from legspring.peterson2011.figures.registry import ThesisFigure
+from legspring.peterson2011.figures.sketches import sketch_of_path
 
 
 @styled

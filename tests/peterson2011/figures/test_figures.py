@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 import legspring as ls
-from legspring.data import published_forces
-from legspring.figures.peterson2011 import FIGURES, GAIT, SIMULATION, chapter3, chapter4
 from legspring.gait import Gait
 from legspring.layout import System
+from legspring.peterson2011.figures import FIGURES, GAIT, SIMULATION, chapter3, chapter4
+from legspring.peterson2011.published import published_forces
 from tests.made_up import FAMILIES, best_of, made_up_optima
 
 NUMBERS = [

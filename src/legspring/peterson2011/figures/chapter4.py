@@ -6,8 +6,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.figures.maps import add_bar, add_legend, draw_atlas, draw_map, panel_grid
-from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
 from legspring.figures.style import styled
+from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 PHASES = (-75.0, 75.0)
 """Range of colours of phases, deg."""

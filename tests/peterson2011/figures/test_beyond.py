@@ -9,8 +9,8 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 import legspring as ls
-from legspring.figures.peterson2011 import FIGURES
-from legspring.figures.peterson2011.beyond import BEYOND, most_stable, second_minus_first
+from legspring.peterson2011.figures import FIGURES
+from legspring.peterson2011.figures.beyond import BEYOND, most_stable, second_minus_first
 from legspring.peterson2011.yawing import force_ranges
 
 MULTIPLIER, EIGENVALUE = 0.5, 0.25

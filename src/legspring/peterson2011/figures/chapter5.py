@@ -10,9 +10,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.figures.maps import Limits, draw_atlas, draw_panels, edges, family_order
-from legspring.figures.peterson2011.chapter4 import COSTS, EIGENVALUES, PHASES
-from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
 from legspring.figures.style import COLOURS, MARKERS, PAGE, label, new_figure, styled
+from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES
+from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 ACTUATIONS = (0.2, 0.9)
 """Range of the actuation that the objective allows, in units of the nominal length."""

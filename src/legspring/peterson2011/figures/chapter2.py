@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from legspring.figures.peterson2011.registry import ThesisFigure
-from legspring.figures.peterson2011.sketches import sketch_of_model
 from legspring.figures.style import COLOURS, PAGE, new_figure, styled
+from legspring.peterson2011.figures.registry import ThesisFigure
+from legspring.peterson2011.figures.sketches import sketch_of_model
 
 GAIT: Mapping[str, Any] = {"slope_deg": 20.0, "heading": 0.3}
 """Arguments of `legspring.find_gaits` for the gait of the sketches, Figures 2.1 and 3.1; the first one it finds."""

@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.figures.maps import add_bar, add_legend, draw_map, panel_grid
-from legspring.figures.peterson2011.chapter5 import LEG_WORDS
-from legspring.figures.peterson2011.registry import ThesisFigure
 from legspring.figures.style import COLOURS, GRAY, PAGE, label, new_figure, styled, units
+from legspring.peterson2011.figures.chapter5 import LEG_WORDS
+from legspring.peterson2011.figures.registry import ThesisFigure
 
 FORCES, SUMS = (-1.0, 1.0), (-0.5, 2.0)
 """Ranges of colours, in units of m g."""
@@ -23,7 +23,7 @@ def measured_ranges(forces: xr.Dataset, axis: str) -> Figure:
     Parameters
     ----------
     forces
-        Of `legspring.data.published_forces`.
+        Of `legspring.peterson2011.published.published_forces`.
     axis
         Direction of the force.
     """

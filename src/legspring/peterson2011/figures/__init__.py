@@ -5,9 +5,9 @@
 
 from collections.abc import Mapping
 
-from legspring.figures.peterson2011 import chapter2, chapter3, chapter4, chapter5, chapter6
-from legspring.figures.peterson2011.chapter2 import GAIT, SIMULATION
-from legspring.figures.peterson2011.registry import Source, ThesisFigure
+from legspring.peterson2011.figures import chapter2, chapter3, chapter4, chapter5, chapter6
+from legspring.peterson2011.figures.chapter2 import GAIT, SIMULATION
+from legspring.peterson2011.figures.registry import Source, ThesisFigure
 
 FIGURES: Mapping[str, ThesisFigure] = {
     figure.number: figure

@@ -28,8 +28,8 @@ Source = Literal[
 - ``atlas``: of `legspring.atlas`; branch 0 is the thesis's
 - ``optima``: gaits with the best actuation, over objective, slope, heading and family
 - ``selected``: those of the best family of each cell
-- ``measured``: `legspring.data.published_forces`
-- ``decays``: of `legspring.peterson2011.beyond.decays`
+- ``measured``: `legspring.peterson2011.published.published_forces`
+- ``decays``: of `legspring.peterson2011.decay.decays`
 - ``back_pulls``: an atlas of the families in which the back legs pull
 - ``fronts``: gaits of each family from the most stable to the cheapest, over slope_deg, family and point
 - ``yawing``: an atlas of the cockroach as a rigid body

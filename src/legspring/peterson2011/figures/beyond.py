@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
-from legspring.figures.peterson2011.chapter4 import COSTS, EIGENVALUES
-from legspring.figures.peterson2011.chapter5 import LEG_WORDS
-from legspring.figures.peterson2011.chapter6 import AXIS_WORDS
-from legspring.figures.peterson2011.registry import FAMILY_WORDS, ThesisFigure
 from legspring.figures.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
+from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES
+from legspring.peterson2011.figures.chapter5 import LEG_WORDS
+from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
+from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 MOST_DOTS = 30
 """Touch-downs that are shown of a simulation; more would hide the lines."""
@@ -150,7 +150,7 @@ def decay(decays: xr.Dataset) -> Figure:
     Parameters
     ----------
     decays
-        Of `legspring.peterson2011.beyond.decays`.
+        Of `legspring.peterson2011.decay.decays`.
     """
     columns = min(3, decays.sizes["gait"])
     rows = -(-decays.sizes["gait"] // columns)

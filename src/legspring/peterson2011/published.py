@@ -1,6 +1,6 @@
-"""Published numbers, and where they come from.
+"""The thesis's printed numbers, to compare with.
 
-``peterson2011_forces.csv``: Tables 6.1-6.3 of D. E. Peterson, Reduced Order Multi-Legged Mathematical Modeling of
+``forces.csv``: Tables 6.1-6.3 of D. E. Peterson, Reduced Order Multi-Legged Mathematical Modeling of
 Cockroach Locomotion on Inclines, thesis, 2011; two decimals as printed. The columns ``experiment`` are measured
 on animals, the others computed.
 """
@@ -26,7 +26,7 @@ def published_forces() -> xr.Dataset:
         m g: ``experiment`` as measured, ``model`` with fixed actuation, and optimised for ``stability`` and
         ``efficiency``. Missing where nothing was measured.
     """
-    text = (files("legspring.data") / "peterson2011_forces.csv").read_text(encoding="utf-8")
+    text = (files("legspring.peterson2011") / "forces.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
     coords = {
         "leg": list(LEGS.values()),

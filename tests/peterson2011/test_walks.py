@@ -5,7 +5,7 @@ import pytest
 
 from legspring import Animal, Gait, find_gaits
 from legspring.gait import Invalid
-from legspring.homotopy import Loss, straight, walk, with_hips
+from legspring.peterson2011.walks import Loss, straight, walk, with_hips
 from legspring.solve import search_gaits
 from tests.conftest import Cells
 

@@ -1,0 +1,12 @@
+"""The command `legspring`.
+
+Slow imports stay inside the commands, so that ``legspring --help`` answers at once.
+"""
+
+# Commands join the app in the order in which the help names them.
+from legspring.cli import gaits, maps
+from legspring.cli.options import parse_grid
+from legspring.cli.outputs import save
+from legspring.cli.program import app
+
+__all__ = ["app", "gaits", "maps", "parse_grid", "save"]

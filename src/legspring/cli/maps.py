@@ -1,0 +1,159 @@
+"""Commands that map, optimise and reproduce."""
+
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import legspring
+from legspring.cli.options import (
+    Actuation,
+    AnimalName,
+    Family,
+    FigureFile,
+    Heading,
+    Json,
+    Slope,
+    check_figure,
+    check_place,
+    integer,
+    parse_grid,
+    parse_numbers,
+)
+from legspring.cli.outputs import atlas_figures, draws, save, save_dataset
+from legspring.cli.program import NO_GAIT, app, fail, patience
+from legspring.cli.subjects import where
+from legspring.printing import describe_optimum, print_json, print_optimum
+
+
+@app.command()
+def atlas(
+    animal: AnimalName,
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The file to write: .nc (netCDF) or .mat (MATLAB).", show_default=False)
+    ],
+    slopes: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Slopes in degrees.")] = "0:90:5",
+    headings: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Headings in radians.")] = "0:0.45:0.05",
+    no_recovery: Annotated[bool, typer.Option("--no-recovery", help="Do not push every gait sideways.")] = False,
+    actuation: Actuation = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis into this directory.")
+    ] = None,
+) -> None:
+    """Map the gaits over slope and heading into a file.
+
+    Example: legspring atlas cockroach --out atlas.nc --figures maps
+
+    Example: legspring atlas cockroach --out coarse.nc --slopes 0:90:15 --headings 0.05,0.15 --no-recovery
+    """
+    from legspring.files import check_output, make_directory
+    from legspring.model import load_animal
+
+    slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
+    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    check_output(out, [".nc", ".mat"])
+    if figures is not None:
+        make_directory(figures)
+    from legspring import sweep
+
+    maps = sweep.atlas(
+        creature,
+        slopes_deg=slopes_deg,
+        headings=radians,
+        actuation=magnitudes,
+        impulses=() if no_recovery else sweep.IMPULSES,
+        progress=sys.stderr.isatty(),
+    )
+    found = maps["family"].values != ""
+    cells = found.any(axis=-1)
+    print(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
+    save((out, partial(save_dataset, maps)), *([] if figures is None else atlas_figures(maps, figures)))
+
+
+@app.command()
+def optimize(
+    animal: AnimalName,
+    slope: Slope = None,
+    heading: Heading = None,
+    objective: Annotated[
+        str, typer.Option(metavar="GOAL", help="What to reach: stability or efficiency.")
+    ] = "stability",
+    family: Family = None,
+    map: Annotated[
+        str, typer.Option(metavar="MAP", help="Whose eigenvalues count: complete, or the thesis's reduced map.")
+    ] = "complete",
+    method: Annotated[
+        str, typer.Option(metavar="METHOD", help="default, or nelder-mead for the thesis's method.")
+    ] = "default",
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Find the actuation that makes a gait most stable or most efficient.
+
+    Example: legspring optimize cockroach --slope 45 --heading 0.15 --objective efficiency
+    """
+    from legspring.model import load_animal
+
+    check_figure(figure)
+    creature = load_animal(animal)
+    with patience("loading"):
+        from legspring.solve import check_tuned
+    check_tuned(creature, "for its actuation to be optimised")
+    check_place(creature, slope, heading)
+    with patience("searching for the best actuation"):
+        best = legspring.optimize(
+            creature,
+            slope_deg=slope,
+            heading=heading,  # type: ignore[arg-type]  # checked above
+            family=family,
+            objective=objective,  # type: ignore[arg-type]  # checked there
+            map=map,  # type: ignore[arg-type]
+            method=method,  # type: ignore[arg-type]
+        )
+    if as_json:
+        print_json([] if best is None else [describe_optimum(best)])
+    elif best is None:
+        fail(f"no gait worth having{where(slope, heading)}", NO_GAIT)
+    else:
+        print_optimum(best)
+    if best is not None:
+        save((figure, draws("draw_gait", best)))
+
+
+@app.command()
+def reproduce(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The directory to write to.", show_default=False)],
+    only: Annotated[
+        str | None,
+        typer.Option(metavar="NUMBERS", help="Only these figures and tables, such as 4.2,6.1; no report."),
+    ] = None,
+    method: Annotated[
+        str, typer.Option(metavar="METHOD", help="Of the optimisation: default, or nelder-mead for the thesis's.")
+    ] = "default",
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again.")] = False,
+    workers: Annotated[
+        int | None, typer.Option(parser=integer, metavar="NUMBER", help="Processes; by default one a core.")
+    ] = None,
+) -> None:
+    """Recompute the thesis of D. E. Peterson (2011): all figures and tables, and a report that judges its claims.
+
+    A run that was stopped goes on where it was.
+
+    Example: legspring reproduce --out thesis
+
+    Example: legspring reproduce --out thesis --only 4.2,6.1
+    """
+    from legspring.peterson2011.reproduce import reproduce as run
+
+    print(
+        run(
+            out,
+            only=tuple(part.strip() for part in only.split(",")) if only is not None else (),
+            method=method,  # type: ignore[arg-type]  # checked there
+            fresh=fresh,
+            workers=workers,
+            progress=sys.stderr.isatty(),
+        )
+    )

@@ -1,0 +1,145 @@
+"""Options that commands share, and what is read from their words."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+import typer
+
+if TYPE_CHECKING:
+    from legspring.model import Animal
+
+T = TypeVar("T")
+
+
+def reading(kind: Callable[[str], T], words: str) -> Callable[[str], T]:
+    """Return a parser whose error says what was read, and what must have been."""
+
+    def read(text: str) -> T:
+        try:
+            return kind(text)
+        except ValueError:
+            from legspring.checks import shown
+
+            raise typer.BadParameter(f"{shown(text)}: must be {words}") from None
+
+    return read
+
+
+def plain_number(text: str) -> float:
+    """Read a finite number in the usual digits."""
+    # Where an option is left out, its default comes by as it is.
+    value = float(text if str(text).isascii() and "_" not in str(text) else "")
+    if not math.isfinite(value):
+        raise ValueError
+    return value
+
+
+def plain_integer(text: str) -> int:
+    """Read a whole number in the usual digits."""
+    return int(text if text.isascii() and "_" not in text else "")
+
+
+number, integer = reading(plain_number, "a finite number"), reading(plain_integer, "a whole number")
+AnimalName = Annotated[
+    str,
+    typer.Argument(metavar="ANIMAL", help="A preset's name, such as cockroach, or a TOML file.", show_default=False),
+]
+Slope = Annotated[
+    float | None,
+    typer.Option(
+        parser=number,
+        metavar="DEG",
+        help="Slope in degrees, uphill positive; may be left out where an animal is for one slope only.",
+        show_default=False,
+    ),
+]
+Heading = Annotated[
+    float | None,
+    typer.Option(
+        parser=number,
+        metavar="RAD",
+        help="Initial heading in radians, counter-clockwise from uphill; none where gaits have headings of their own.",
+        show_default=False,
+    ),
+]
+Family = Annotated[str | None, typer.Option(help="Only this family: which pairs of legs push, by the animal's label.")]
+Branch = Annotated[
+    int | None,
+    typer.Option(
+        parser=integer,
+        metavar="NUMBER",
+        help="Number of the gait, as in the list of gaits; by default the first one there is.",
+    ),
+]
+Actuation = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NUMBERS",
+        help="Magnitude of the actuation in m, one for each pair of legs, separated by commas; by default the "
+        "animal's.",
+    ),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
+FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
+
+
+def parse_numbers(name: str, text: str | None) -> tuple[float, ...] | None:
+    """Read numbers separated by commas."""
+    if text is None:
+        return None
+    try:
+        return tuple(plain_number(part) for part in text.split(","))
+    except ValueError:
+        from legspring.checks import shown
+
+        raise ValueError(f"{name} = {shown(text)}: must be numbers separated by commas") from None
+
+
+def parse_grid(name: str, text: str) -> tuple[float, ...]:
+    """Read START:STOP:STEP, the stop included, or numbers separated by commas."""
+    if ":" not in text:
+        return parse_numbers(name, text) or ()
+    try:
+        start, stop, step = (plain_number(part) for part in text.split(":"))
+        count = math.floor((stop - start) / step + 1e-9) + 1
+        if step > 0.0 and 1 <= count <= 10_000:
+            return tuple(round(start + number * step, 12) for number in range(count))
+    except (ValueError, ArithmeticError):
+        pass
+    from legspring.checks import shown
+
+    raise ValueError(f"{name} = {shown(text)}: must be START:STOP:STEP, rising, or numbers separated by commas")
+
+
+def parse_phase(animal: "Animal", text: str) -> list[float]:
+    """Read the phase of each pair of legs, in degrees."""
+    degrees = parse_numbers("--phase", text) or ()
+    if len(degrees) != len(animal.pairs):
+        from legspring.checks import shown
+
+        raise ValueError(
+            f"--phase = {shown(text)}: must be one angle for each of {', '.join(animal.pairs)}, in degrees"
+        )
+    return [math.radians(angle) for angle in degrees]
+
+
+def check_place(animal: "Animal", slope: float | None, heading: float | None) -> None:
+    """Make sure that a slope and a heading are given where gaits need them, and only there."""
+    low, high = animal.speed_law.domain_deg
+    if slope is None and low < high:
+        raise ValueError(f"--slope is missing: must be an angle from {low:g} to {high:g} degrees")
+    if animal.tuned and heading is None:
+        raise ValueError("--heading is missing: must be an angle in radians")
+    if heading is not None and not animal.tuned:
+        raise ValueError(f"--heading = {heading:g}: must be left out; gaits of {animal.name} have their own")
+
+
+def check_figure(path: Path | None) -> None:
+    """Make sure that a figure can be saved, if one is wanted."""
+    if path is not None:
+        from legspring.figures.style import SUFFIXES
+        from legspring.files import check_output
+
+        check_output(path, SUFFIXES)

@@ -1,0 +1,110 @@
+"""What a command is about: gaits that are searched for, and starts that are none."""
+
+import math
+import sys
+from typing import TYPE_CHECKING
+
+import legspring
+from legspring.cli.options import check_place, parse_numbers, parse_phase
+from legspring.cli.program import NO_GAIT, fail, patience
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from legspring.gait import Gait
+    from legspring.solve import Search
+
+
+def search_at(
+    animal: str, slope: float | None, heading: float | None, family: str | None, actuation: str | None
+) -> "Search":
+    """Search for the gaits that a command is about."""
+    from legspring.model import load_animal
+
+    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    check_place(creature, slope, heading)
+    if magnitudes is not None and not creature.tuned:
+        raise ValueError(f"--actuation = {actuation!r}: must be left out; gaits of {creature.name} have the animal's")
+    with patience("loading"):
+        from legspring.solve import search_gaits
+    return search_gaits(
+        creature,
+        slope_deg=slope,
+        heading=heading,
+        family=family,
+        actuation=magnitudes,
+        progress=sys.stderr.isatty(),
+    )
+
+
+def choose_gait(search: "Search", slope: float | None, heading: float | None, branch: int | None) -> "Gait":
+    """Return the gait of a branch, by default the first; exit if there is none at all."""
+    if not search.gaits:
+        fail(no_gait(search, slope, heading), NO_GAIT)
+    if branch is None:
+        return search.gaits[0]
+    for gait in search.gaits:
+        if gait.branch == branch:
+            return gait
+    offered = ", ".join(str(gait.branch) for gait in search.gaits)
+    raise ValueError(f"--branch = {branch}: must be one of {offered}")
+
+
+def no_gait(search: "Search", slope: float | None, heading: float | None) -> str:
+    """Say that there is no gait, and why."""
+    return f"no gait{where(slope, heading)}; {search.summary()}"
+
+
+def where(slope: float | None, heading: float | None) -> str:
+    """Say where gaits were looked for."""
+    slopes = [] if slope is None else [f"slope {slope:g} deg"]
+    headings = [] if heading is None else [f"heading {heading:g} rad"]
+    return f" at {' and '.join(slopes + headings)}" if slopes or headings else ""
+
+
+def check_strides(name: str, strides: float) -> None:
+    """Make sure that an animal can be simulated for so many strides."""
+    from legspring.model import load_animal
+
+    animal = load_animal(name)
+    with patience("loading"):
+        from legspring.layout import System
+        from legspring.simulation import steps_in
+
+    slope_deg, _ = animal.speed_law.domain_deg
+    steps_in(System(animal, math.radians(slope_deg), animal.functions(next(iter(animal.families)))), strides)
+
+
+def simulate_start(
+    animal: str,
+    *,
+    slope: float | None,
+    heading: float | None,
+    speed: float | None,
+    phase: str | None,
+    family: str | None,
+    actuation: str | None,
+    strides: float,
+) -> "xr.Dataset":
+    """Simulate a start that need not be a gait; phases in degrees."""
+    from legspring.model import load_animal
+
+    creature = load_animal(animal)
+    if speed is None or heading is None:
+        raise ValueError("a start that is no gait must have --speed and --heading")
+    if creature.tuned and (phase is None or family is None):
+        raise ValueError(
+            f"a start of {creature.name} that is no gait must have --speed, --heading, --phase and --family"
+        )
+    check_place(creature, slope, heading if creature.tuned else None)
+    with patience("simulating"):
+        return legspring.simulate(
+            creature,
+            slope_deg=slope,
+            heading=heading,
+            speed=speed,
+            phase=None if phase is None else parse_phase(creature, phase),
+            family=family,
+            actuation=parse_numbers("--actuation", actuation),
+            strides=strides,
+        )
