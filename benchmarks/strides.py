@@ -167,8 +167,8 @@ def stride_figures(kind: str, times: dict[str, list[float]], subjects: list[Subj
     figures.append(Figure(f"step, {kind}, one call of flow", median(times["step"]), "us", aim=30.0))
     for way, about in (("loop", "no derivatives"), ("four", "four derivatives")):
         name = f"strides a second and core, {kind}, {about}"
-        aim = 50_000.0 if way == "loop" else None
-        figures.append(Figure(name, 1e6 / median(times[way]), "", aim=aim, more_is_better=True))
+        goal = 50_000.0 if way == "loop" else None
+        figures.append(Figure(name, 1e6 / median(times[way]), "", aim=goal, more_is_better=True))
     return figures
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -104,7 +105,7 @@ def test_exact_derivatives_along_every_parameter(preset: str) -> None:
             side = 1
         # Old feet are on the point of leaving, too.
         h = 8e-6 if side else 2e-5 if preset in FASTER else 1e-4
-        expected = difference(lambda change, name=name, scale=scale: end(name, change * scale), h, side) / units
+        expected = difference(partial(end, name), scale * h, side) * scale / units
         exact = found[:, column] * scale / units
         tolerance = 1e-8 * max(1.0, np.max(np.abs(expected)))
         np.testing.assert_allclose(exact, expected, rtol=0, atol=tolerance, err_msg=f"{preset}: {name}")
@@ -205,7 +206,13 @@ def test_any_number_of_an_animal_may_be_replaced(roach: Animal) -> None:
 
 def test_a_limping_animal_is_simulated_but_its_gaits_are_not_looked_for(roach: Animal) -> None:
     limping = roach.replace(**{"FL.stiffness": 0.75})
-    start = {"slope_deg": 45, "heading": 0.15, "speed": 0.27, "phase": (-0.05, 0.55, -0.67), "family": "B"}
+    start: dict[str, Any] = {
+        "slope_deg": 45,
+        "heading": 0.15,
+        "speed": 0.27,
+        "phase": (-0.05, 0.55, -0.67),
+        "family": "B",
+    }
     one, other = (ls.simulate(animal, **start)["position"].values[-1] for animal in (roach, limping))
     assert np.max(np.abs(one - other)) > 1e-4
     with pytest.raises(ValueError, match=r"pair 'F' .*mirror images"):

@@ -9,6 +9,7 @@ from legspring import Animal, Gait
 from legspring.constraints import Constraint
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
+from legspring.solve import gait_near
 from legspring.trial import Map
 from tests.conftest import Cells
 
@@ -16,7 +17,7 @@ from tests.conftest import Cells
 def around(gait: Gait, goal: Goal, of: Map = "complete") -> tuple[Objective, Floats, Floats]:
     """Return the objective of a gait's family and cell, and the gait's actuation and unknowns."""
     objective = Objective(gait.animal, gait.slope, gait.heading, gait.family, goal, of)
-    return objective, gait.actuation / objective.trial.lengths, objective.trial.problem.unknowns(gait)
+    return objective, gait.actuation / objective.trial.lengths, objective.trial.problem.z_of(gait)
 
 
 def test_an_unconstrained_gait_scores_its_measure(thesis_map: Cells) -> None:
@@ -79,9 +80,10 @@ def test_the_fixed_point_beside_is_one(thesis_map: Cells) -> None:
     beside = objective(actuation, z).beside
     assert beside is not None
     problem = Objective(gait.animal, gait.slope, 1.05 * gait.heading, gait.family, "efficiency").trial.problem
-    assert problem.system.actuation == pytest.approx(gait.actuation)
-    assert problem.gait(beside) is not None
-    assert problem.unknowns(problem.gait(beside)) == pytest.approx(beside, abs=1e-8)  # type: ignore[arg-type]
+    assert problem.system.magnitudes == pytest.approx(gait.actuation)
+    fixed = gait_near(problem, beside)
+    assert fixed is not None
+    assert problem.z_of(fixed) == pytest.approx(beside, abs=1e-8)
 
 
 def test_where_there_is_no_gait(thesis_map: Cells) -> None:

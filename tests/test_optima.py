@@ -15,7 +15,8 @@ from legspring import optima
 from legspring.files import save_netcdf
 from legspring.optima import optimal_atlas, select
 from legspring.optimisation import TIE
-from legspring.solve import Problem
+from legspring.problem import tuned
+from legspring.solve import refined
 from legspring.sweep import LONG_NAMES
 from tests.made_up import DIMENSIONS, FAMILIES, made_up_optima
 
@@ -88,8 +89,9 @@ def test_values_are_those_of_gaits(small: xr.Dataset, roach: ls.Animal) -> None:
     for place in np.argwhere(np.isfinite(small.penalised.values)):
         one = small.isel(dict(zip(CELL, place.tolist(), strict=True)))
         slope, family = math.radians(one.slope_deg.item()), one.family.item()
-        problem = Problem(roach, slope, one.heading.item(), family, one.actuation.values)
-        gait = problem.gait(np.concatenate([[one.speed.item() / problem.system.desired_speed], one.phase.values]))
+        problem = tuned(roach, slope, one.heading.item(), family, one.actuation.values)
+        z = np.concatenate([[one.speed.item() / problem.system.desired_speed], one.phase.values])
+        gait = refined(problem, z)
         assert gait is not None and gait.invalid() is None
         assert one.phase.values == pytest.approx(gait.phase, abs=1e-8)
         assert one.transport_cost.item() == pytest.approx(gait.transport_cost, abs=1e-8)

@@ -63,7 +63,7 @@ def searched(case: Case, method: Method, seed: int) -> Optimum:
 def candidate(optimum: Gait) -> tuple[Floats, Floats]:
     """Return actuation in units of nominal lengths, and unknowns."""
     trial = Trial(optimum.animal, optimum.slope, optimum.heading, optimum.family)
-    return optimum.actuation / trial.lengths, trial.problem.unknowns(optimum)
+    return optimum.actuation / trial.lengths, trial.problem.z_of(optimum)
 
 
 @pytest.mark.parametrize("method", ["default", "nelder-mead"])

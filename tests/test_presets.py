@@ -8,6 +8,7 @@ import pytest
 import legspring as ls
 from legspring import Gait, load_animal
 from tests.oracle import heyoka_rules
+from tests.oracle.animals import START, states_of, walker_of
 from tests.test_cli import error, records, run
 
 each = pytest.mark.parametrize("name", ls.presets())
@@ -47,23 +48,20 @@ def test_a_preset_says_what_it_is(name: str) -> None:
 def test_first_gait_against_the_oracle(name: str, gaits: dict[str, Gait]) -> None:
     gait = gaits[name]
     system = gait.system
-    walker = heyoka_rules.Walker(
-        body=system.body,
-        legs=system.legs(gait.phase)[:, :10],
-        side=system.side,
-        offset=system.offset,
-        start=gait.start.in_kernel_units(system),
-        yaws=system.rows == 6,
-    )
-    expected = heyoka_rules.simulate(walker, system.steps_per_stride)
-    scale = np.array([system.step_length] * 4 + [1.0, 1.0])
-    states = gait.tape.touchdowns / scale[: system.rows]
-    np.testing.assert_allclose(states, (expected.states / scale)[:, : system.rows], rtol=0, atol=1e-10)
+    phases = {leg.name: gait.phase[pair] for leg, pair in zip(gait.animal.legs, gait.animal.pair_of, strict=True)}
+    start = dict(zip(START, gait.point.tolist(), strict=False))
+    given = gait.animal, gait.slope, gait.family, start, phases
+    expected = heyoka_rules.simulate(walker_of(*given), system.steps_per_stride)
+    states = states_of(*given, system.steps_per_stride)[:, :6]
+    speed = system.desired_speed
+    scale = np.array([system.step_length, system.step_length, speed, speed, 1.0, 1.0 / system.step_duration])
+    ours = gait.stride.states / scale[: system.rows]
+    np.testing.assert_allclose(ours, (states / scale)[:, : system.rows], rtol=0, atol=1e-10)
     kinds = {"touchdown": "touch-down", "liftoff": "lift-off"}
     words = [f"{gait.animal.legs[leg].name} {kinds[kind]}" for leg, kind in expected.sequence]
     assert sorted(gait.events) == sorted(words)
     # By the oracle alone it is a gait.
-    ends = (expected.states / scale)[[0, -1], 2:]
+    ends = (states / scale)[[0, -1], 2:]
     np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-9)
 
 

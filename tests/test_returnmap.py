@@ -151,7 +151,8 @@ def test_nothing_depends_on_a_unit_of_time(name: str) -> None:
     for unit in (10.0, 0.4, 0.05, 0.012, 0.004, 0.001):
         same = animal.replace(step_law=unit)
         system = System(same, slope_for(same, None, None), "P")
-        hopping, swerving = {"speed": 5.2, "heading": -1.66}, {"speed": 0.51, "heading": 0.08, "yaw_rate": -1.0}
+        hopping: dict[str, Any] = {"speed": 5.2, "heading": -1.66}
+        swerving: dict[str, Any] = {"speed": 0.51, "heading": 0.08, "yaw_rate": -1.0}
         run = flow(system, system.point(**(hopping if "inverted" in name else swerving)), steps=2)
         states.append([run.times[-1], *run.state[:4, 0]])
     assert np.array(states) == pytest.approx(np.array(states[:1] * 6), rel=1e-9, abs=1e-10)

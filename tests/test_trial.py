@@ -21,7 +21,7 @@ U = np.array([0.55, 0.45, 0.5])
 def seen_from(gait: Gait) -> tuple[Trial, Floats]:
     """Return the trial of a gait's family and cell, and the gait as a candidate."""
     trial = Trial(gait.animal, gait.slope, gait.heading, gait.family)
-    return trial, np.concatenate([gait.actuation / trial.lengths, trial.problem.unknowns(gait)])
+    return trial, np.concatenate([gait.actuation / trial.lengths, trial.problem.z_of(gait)])
 
 
 @pytest.fixture
@@ -62,12 +62,12 @@ def test_what_cannot_be_simulated_has_no_conditions(roach: Animal) -> None:
 def test_jacobians_are_those_of_the_return_maps(thesis_map: Cells, cell: tuple[float, float]) -> None:
     for gait in thesis_map[cell]:
         trial, candidate = seen_from(gait)
-        length = gait.system.step_length
+        speed, length = gait.system.desired_speed, gait.system.step_length
         for which, what, units in (
-            (reduced_map, "reduced", [length, 1.0]),
-            (complete_map, "complete", [length, 1.0, length, length]),
+            (reduced_map, "reduced", [speed, 1.0]),
+            (complete_map, "complete", [speed, 1.0, length, length]),
         ):
-            _, jacobian = which(gait.system, gait.phase, gait.start, accuracy=TIGHT)
+            _, jacobian = which(gait.system, gait.point, accuracy=TIGHT)
             seen = trial.look(candidate, what).jacobians[0]  # type: ignore[arg-type]
             assert seen == pytest.approx(jacobian * np.array(units) / np.array(units)[:, None], abs=1e-7)
         assert np.abs(multipliers(seen)) == pytest.approx(np.abs(gait.multipliers), abs=1e-6)

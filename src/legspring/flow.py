@@ -208,8 +208,9 @@ class Flow:
 
 def directions(system: System, along: Sequence[Direction]) -> Floats:
     """Return directions given by names, or as they are, as rows, ``(D, n)``."""
-    if all(isinstance(one, str) for one in along):
-        return system.along(along)
+    names = [one for one in along if isinstance(one, str)]
+    if len(names) == len(along):
+        return system.along(names)
     rows = [system.direction(one) if isinstance(one, str) else np.asarray(one, dtype=float) for one in along]
     return np.array(rows).reshape(len(rows), len(system.values))
 

@@ -13,7 +13,8 @@ from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
-from legspring.solve import Problem
+from legspring.problem import tuned
+from legspring.solve import refined
 from legspring.trial import GOAL, Map, Trial
 
 Goal = Literal["stability", "efficiency"]
@@ -54,8 +55,8 @@ class Score:
     actuation
         In units of the legs' nominal lengths, ``(P,)``.
     unknowns, beside
-        Of the gait (see `legspring.solve.Problem`), and of the fixed point at a slightly larger heading; None where
-        there is none.
+        Of the gait (see `legspring.problem.GaitProblem`), and of the fixed point at a slightly larger heading; None
+        where there is none.
     value
         Eigenvalue magnitude or transport cost; 0 where there is no gait.
     penalties
@@ -237,14 +238,13 @@ class Objective:
 
     def candidate(self, gait: Gait) -> Candidate:
         """Return a gait as a candidate."""
-        return Candidate(np.array(gait.actuation) / self.trial.lengths, self.trial.problem.unknowns(gait))
+        return Candidate(np.array(gait.actuation) / self.trial.lengths, self.trial.problem.z_of(gait))
 
     def gait(self, score: Score) -> Gait | None:
         """Return the gait that a score is about, refined and verified; None if it proves to be none."""
         if score.unknowns is None:
             return None
         trial = self.trial
-        magnitudes = score.actuation * trial.lengths
-        problem = Problem(trial.system.animal, trial.system.slope, trial.heading, trial.family, magnitudes)
-        gait = problem.gait(score.unknowns)
+        system, magnitudes = trial.system, score.actuation * trial.lengths
+        gait = refined(tuned(system.animal, system.slope, trial.heading, trial.family, magnitudes), score.unknowns)
         return gait if gait is not None and gait.invalid() is None else None

@@ -25,7 +25,8 @@ from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.objective import Candidate, Goal, Objective, Score
 from legspring.optimum import ITERATIONS, LATEST_OF_ALL, Programme
-from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, SPEED_RANGE
+from legspring.problem import NARROW
+from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL
 from legspring.trial import Map, pair_lengths
 
 Method = Literal["default", "nelder-mead"]
@@ -286,14 +287,15 @@ def scan(objective: Objective, seed: int = 0, nodes: int = NODES) -> list[Candid
     problem, sobol = trial.problem, qmc.Sobol(len(trial.lengths) + STARTS_AT_NODE * trial.problem.size, rng=seed)
     points = sobol.random(nodes)
     grid = least + (most - least) * points[:, : len(trial.lengths)]
-    low = np.array([SPEED_RANGE[0], *np.full(len(trial.lengths), -START_PHASE)])
-    high = np.array([SPEED_RANGE[1], *np.full(len(trial.lengths), START_PHASE)])
+    slow, fast = NARROW["speed"]
+    low = np.array([slow, *np.full(len(trial.lengths), -START_PHASE)])
+    high = np.array([fast, *np.full(len(trial.lengths), START_PHASE)])
     starts = low + (high - low) * points[:, len(trial.lengths) :].reshape(-1, problem.size)
     near = cKDTree(grid).query(grid, NEIGHBOURS + 1)[1][:, 1:]
     found: list[list[Floats]] = [[] for _ in grid]
     where = np.repeat(np.arange(nodes), STARTS_AT_NODE)
     while len(where):
-        solved = problem.solve(starts, ROUGH_ACCURACY, ROUGH_GOAL, grid[where] * trial.lengths)
+        solved = trial.solve(grid[where], starts, ROUGH_ACCURACY, ROUGH_GOAL)
         fresh = []
         for node, z, ending in zip(where.tolist(), solved.z, solved.endings, strict=True):
             sensible = ending == newton.CONVERGED and bool(np.all(np.abs(z[1:]) < LATEST_OF_ALL))

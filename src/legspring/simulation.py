@@ -183,9 +183,11 @@ def simulate(
     """
     magnitudes = None if actuation is None else tuple(checked_vector("actuation", actuation, len(animal.pairs)))
     label = only_family(animal) if family is None else family
+    if phase is None:
+        check_phase(animal)
     system = System(animal, slope_for(animal, slope, slope_deg), label, magnitudes)
     p = system.point(
-        given_phase(animal) if phase is None else phase,
+        phase,
         speed=checked_positive("speed", speed),
         # Gaits that are not tuned to a heading may have any.
         heading=checked_angle("heading", heading, math.pi / 2 if animal.tuned else math.pi),
@@ -203,7 +205,7 @@ def only_family(animal: Animal) -> str:
     return next(iter(animal.families))
 
 
-def given_phase(animal: Animal) -> None:
+def check_phase(animal: Animal) -> None:
     """Raise ValueError if the phases of an animal's legs are not given, but tuned."""
     if animal.tuned:
         raise ValueError(f"phase is missing: must be an angle in rad for each of {', '.join(animal.pairs)}")

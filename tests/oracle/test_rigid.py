@@ -51,7 +51,7 @@ def test_gaits_of_the_rigid_cockroach(cell: tuple[float, float], rigid_map: Cell
         tolerances = 1e-10, 1e-10 * max(1.0, abs(gait.multipliers[0]))
         np.testing.assert_allclose(middle, start * [1, 1, -1, 1, -1, -1] + ahead, rtol=0, atol=tolerances[0])
         np.testing.assert_allclose(end, start + 2.0 * ahead, rtol=0, atol=tolerances[1])
-        ours = gait.tape.touchdowns[:3] / [step, step, step, step, 1.0, 1.0]
+        ours = gait.stride.states[:3] / [step, step, problem.v_des, problem.v_des, 1.0, 1.0 / problem.t_des]
         np.testing.assert_allclose(ours[:2], [start, middle], rtol=0, atol=tolerances[0])
         np.testing.assert_allclose(ours[2], end, rtol=0, atol=tolerances[1])
         times = {event.leg: event.t / problem.t_des for event in run.liftoffs}

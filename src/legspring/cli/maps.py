@@ -99,7 +99,7 @@ def optimize(
     check_figure(figure)
     creature = load_animal(animal)
     with patience("loading"):
-        from legspring.solve import check_tuned
+        from legspring.problem import check_tuned
     check_tuned(creature, "for its actuation to be optimised")
     check_place(creature, slope, heading)
     with patience("searching for the best actuation"):

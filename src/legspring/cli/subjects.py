@@ -72,7 +72,7 @@ def check_strides(name: str, strides: float) -> None:
         from legspring.simulation import steps_in
 
     slope_deg, _ = animal.speed_law.domain_deg
-    steps_in(System(animal, math.radians(slope_deg), animal.functions(next(iter(animal.families)))), strides)
+    steps_in(System(animal, math.radians(slope_deg), next(iter(animal.families))), strides)
 
 
 def simulate_start(

@@ -103,7 +103,7 @@ def recovery_steps(system: System, p: Floats, impulses: Sequence[float]) -> Floa
     first = end_of_push(system, unit)
     for most in STAGES:
         rest = np.flatnonzero(np.isnan(found))
-        ends = after_pushes(system, p, [impulses[n] for n in rest], unit, most)
+        ends = after_pushes(system, p, [impulses[n] for n in rest.tolist()], unit, most)
         for n, states in zip(rest, ends.states, strict=True):
             steps = steps_to_recover(distances(system, states), first)
             found[n] = np.nan if steps is None else steps

@@ -388,6 +388,7 @@ def _image(number: str, value: Any, later: float) -> Any:
     """Return a number of the other leg of a pair; what is no number is left for the check to come."""
     if not isinstance(value, Real):
         return value
+    value = float(value)
     return (value + later) % 2.0 if number == "offset" else 0.0 - value if number in _MIRRORED else value
 
 

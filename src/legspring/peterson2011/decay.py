@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from legspring.flow import flow
 from legspring.gait import Gait
-from legspring.kernel.walker import VX, VY, Floats, X, Y
+from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT
 from legspring.model import Animal
-from legspring.returnmap import Start, flow
 from legspring.solve import find_gaits
 from legspring.sweep import provenance
 
@@ -80,21 +80,20 @@ def _distance(gait: Gait) -> Floats:
 
     A single disturbance turns in the plane of a complex pair of multipliers, so that its distance goes up and down.
     """
-    start = gait.start
-    disturbed = replace(start, speed=start.speed * (1.0 + NUDGE)), replace(start, heading=start.heading + NUDGE)
-    undisturbed = _touchdowns(gait, start)
-    away = np.array([_touchdowns(gait, other) - undisturbed for other in disturbed])
+    disturbed = replace(gait, speed=gait.speed * (1.0 + NUDGE)), replace(gait, heading=gait.heading + NUDGE)
+    undisturbed = _touchdowns(gait)
+    away = np.array([_touchdowns(other) - undisturbed for other in disturbed])
     distance: Floats = np.sqrt(np.sum(np.square(away), axis=(0, 2)))
     return distance
 
 
-def _touchdowns(gait: Gait, start: Start) -> Floats:
+def _touchdowns(gait: Gait) -> Floats:
     """Velocity and displacement over the step before at each touch-down, mirrored after odd steps, in step lengths."""
     length = gait.system.step_length
-    states = flow(gait.system, gait.phase, start, steps=2 * STRIDES, accuracy=TIGHT)[1].touchdowns
+    states = flow(gait.system, gait.point, steps=2 * STRIDES, accuracy=TIGHT).states
     # The feet that are down at the start are those of the gait.
-    moved = np.diff(states[:, [X, Y]], axis=0, prepend=[[0.0, -length]])
-    complete = np.hstack([states[:, [VX, VY]], moved])
+    moved = np.diff(states[:, :2], axis=0, prepend=[[0.0, -length]])
+    complete = np.hstack([states[:, 2:4] * gait.system.step_duration, moved])
     complete[1::2, [0, 2]] *= -1.0
     return complete / length
 

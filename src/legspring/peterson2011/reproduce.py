@@ -203,7 +203,7 @@ class Store:
     @property
     def system(self) -> System:
         """The animal on the level."""
-        return System(self.animal, 0.0, self.animal.functions(next(iter(self.animal.families))))
+        return System(self.animal, 0.0, next(iter(self.animal.families)))
 
     @property
     def measured(self) -> xr.Dataset:

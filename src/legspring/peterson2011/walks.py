@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from legspring.checks import checked_positive
+from legspring.flow import IntegrationError
 from legspring.gait import Gait, Invalid
 from legspring.kernel.walker import Floats
 from legspring.model import Animal, ModelError
-from legspring.returnmap import IntegrationError
-from legspring.solve import SAME, Problem
+from legspring.problem import GaitProblem, tuned
+from legspring.solve import SAME, gait_near
 
 Path = Callable[[float], Animal]
 """Animals from s = 0 to s = 1."""
@@ -109,7 +110,7 @@ def walk(gait: Gait, path: Path, *, step: float = FIRST_STEP) -> Walk:
 
 def _first(gait: Gait, path: Path) -> Gait:
     problem = _problem(path, 0.0, gait)
-    same, distance = _near(problem, problem.unknowns(gait))
+    same, distance = _near(problem, problem.z_of(gait))
     if same is None or distance > SAME:
         raise ValueError(f"path(0) = {path(0.0).name!r}: must be an animal that has the gait to be followed")
     return same
@@ -127,25 +128,25 @@ def _look(
     return found, distance, found.invalid() if found else None
 
 
-def _problem(path: Path, place: float, gait: Gait) -> Problem:
-    return Problem(path(place), gait.slope, gait.heading, gait.family)
+def _problem(path: Path, place: float, gait: Gait) -> GaitProblem:
+    return tuned(path(place), gait.slope, gait.heading, gait.family)
 
 
-def _expected(problem: Problem, places: list[float], gaits: list[Gait], place: float) -> Floats:
+def _expected(problem: GaitProblem, places: list[float], gaits: list[Gait], place: float) -> Floats:
     """Continue the straight line through the last two gaits."""
-    last = problem.unknowns(gaits[-1])
+    last = problem.z_of(gaits[-1])
     if len(gaits) == 1:
         return last
     share = (place - places[-1]) / (places[-1] - places[-2])
-    return last + share * problem.wrapped(last - problem.unknowns(gaits[-2]))
+    return last + share * problem.wrapped(last - problem.z_of(gaits[-2]))
 
 
-def _near(problem: Problem, expected: Floats) -> tuple[Gait | None, float]:
+def _near(problem: GaitProblem, expected: Floats) -> tuple[Gait | None, float]:
     """Return the solution near what is expected, if there is one, and how far from it it is."""
-    found, _ = problem.gait_near(expected)
+    found = gait_near(problem, expected)
     if found is None:
         return None, math.inf
-    distance = float(np.max(np.abs(problem.wrapped(problem.unknowns(found) - expected))))
+    distance = float(np.max(np.abs(problem.wrapped(problem.z_of(found) - expected))))
     return (found if distance < AWAY else None), distance
 
 
@@ -156,7 +157,7 @@ def _why_lost(path: Path, place: float, places: list[float], gaits: list[Gait]) 
     if _fold_ahead(places, gaits):
         return Loss.FOLD, ""
     try:
-        leap = np.nan_to_num(np.abs(problem.candidate(expected).liftoff - gaits[-1].liftoff), nan=math.inf)
+        leap = np.nan_to_num(np.abs(problem.gait(expected).liftoff - gaits[-1].liftoff), nan=math.inf)
     except IntegrationError as error:
         return Loss.LOST, str(error)
     if np.max(leap) < LEAP:
@@ -179,8 +180,8 @@ def _fold_ahead(places: list[float], gaits: list[Gait]) -> bool:
 
 
 def _determinant(gait: Gait) -> float:
-    problem = Problem(gait.animal, gait.slope, gait.heading, gait.family, gait.actuation)
-    return float(np.linalg.det(problem.conditions(problem.unknowns(gait))[1]))
+    problem = tuned(gait.animal, gait.slope, gait.heading, gait.family, gait.actuation)
+    return float(np.linalg.det(problem.residual(problem.z_of(gait))[1][0]))
 
 
 def with_hips(animal: Animal, hips: ArrayLike, **changes: Any) -> Animal:

@@ -33,7 +33,7 @@ def sources() -> dict[str, Any]:
     return {
         "gait": ls.find_gaits(roach, **GAIT)[0],
         "simulation": ls.simulate(roach, **SIMULATION),
-        "system": System(roach, 0.0, (-1, -1, -1)),
+        "system": System(roach, 0.0, "A"),
         "atlas": ls.atlas(roach, slopes_deg=(0, 30), headings=(0.15, 0.3), impulses=(-0.5, 0.5)),
         "optima": optima,
         "selected": best_of(optima),
