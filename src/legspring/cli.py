@@ -162,6 +162,9 @@ Actuation = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
 FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
+FootfallFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw when each leg is down: .png, .pdf or .svg.")
+]
 
 
 def show_version(wanted: bool) -> None:
@@ -220,14 +223,16 @@ def gaits(
     actuation: Actuation = None,
     as_json: Json = False,
     figure: FigureFile = None,
+    footfalls: FootfallFile = None,
 ) -> None:
-    """Find the gaits at one slope and heading; --figure draws the first one.
+    """Find the gaits at one slope and heading; --figure and --footfalls draw the first one.
 
     Example: legspring gaits cockroach --slope 45 --heading 0.15
 
     Example: legspring gaits lateral_leg_spring
     """
     check_figure(figure)
+    check_figure(footfalls)
     search = search_at(animal, slope, heading, family, actuation)
     if as_json:
         print_json([describe_gait(gait) for gait in search.gaits])
@@ -236,9 +241,11 @@ def gaits(
     else:
         print(no_gait(search, slope, heading))
     if search.gaits:
-        save((figure, draws("draw_gait", search.gaits[0])))
-    elif figure is not None:
-        say(f"there is nothing to draw into {figure}")
+        first = search.gaits[0]
+        save((figure, draws("draw_gait", first)), (footfalls, draws("draw_footfalls", first)))
+    else:
+        for path in filter(None, (figure, footfalls)):
+            say(f"there is nothing to draw into {path}")
 
 
 @app.command()
@@ -270,6 +277,7 @@ def simulate(
     ] = None,
     as_json: Json = False,
     figure: FigureFile = None,
+    footfalls: FootfallFile = None,
 ) -> None:
     """Simulate a gait, or any start given by --speed, --heading, --phase and --family.
 
@@ -286,6 +294,7 @@ def simulate(
 
         check_output(out, list(SAVERS))
     check_figure(figure)
+    check_figure(footfalls)
     check_strides(animal, strides)
     if speed is None and phase is None:
         gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
@@ -297,7 +306,8 @@ def simulate(
         # Without a family there is but one.
         about = {"family": family or next(iter(load_animal(animal).families)), "branch": None}
     print_run(run, about, strides, as_json)
-    save((out, partial(save_dataset, run)), (figure, draws("draw_simulation", run)))
+    drawn = (figure, draws("draw_simulation", run)), (footfalls, draws("draw_footfalls", run))
+    save((out, partial(save_dataset, run)), *drawn)
 
 
 @app.command()

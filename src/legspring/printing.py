@@ -5,6 +5,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from legspring.measures.registry import MEASURES, measured
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -35,26 +37,6 @@ def print_json(records: Sequence[Mapping[str, Any]]) -> None:
     print(f"[{lines}]")
 
 
-ATTRIBUTES = (
-    *("family", "branch", "slope_deg", "heading", "speed", "mean_speed", "step_duration", "phase", "actuation"),
-    *("displacement", "yaw", "yaw_rate", "liftoff"),
-    *(
-        "events",
-        "residual",
-        "drift",
-        "grazing",
-        "reduced_eigenvalue",
-        "multipliers",
-        "conserved",
-        "missing",
-        "transport_cost",
-        "work",
-        "peak_force",
-        "yaw_amplitude",
-        "peak_moment",
-    ),
-)
-"""What is said about a gait in JSON; the net force is added in two parts."""
 LEAST_MULTIPLIER, MOST_MULTIPLIERS = 5e-4, 4
 """Smallest multiplier, and how many of them, that a table shows."""
 WIDEST = 10_000
@@ -62,9 +44,8 @@ WIDEST = 10_000
 
 
 def describe_gait(gait: "Gait") -> dict[str, Any]:
-    """Return what a gait has to say for itself, by the names of its attributes."""
-    high, low = gait.net_force
-    return {name: getattr(gait, name) for name in ATTRIBUTES} | {"net_force_max": high, "net_force_min": low}
+    """Return what a gait has to say for itself."""
+    return measured(MEASURES, gait)
 
 
 def describe_optimum(best: "Optimum") -> dict[str, Any]:

@@ -136,12 +136,34 @@ def moment(system: System, w: Walker) -> Moment:
     level = w.contacts[:, LEVEL] if system.animal.sagittal else np.full(len(feet), math.nan)
     depths = np.nan_to_num(feet[:, 1] + place[1] - level)
     height = float(np.nan_to_num(place[1] - level[0]))
-    energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stance[:, SPRING] * w.gaps[0, :, 0] ** 2)[down]))
-    if yaws:
-        energy += rate**2 / float(w.body[GYRATION, 0])
+    # Where energy is conserved, and so compared, a gap is a spring's stretch.
+    energy = kinetic_and_spring(system, y, stance, down, w.gaps[0, :, 0])
     leaves = (w.contacts[:, WATCHED] == FORCE) & (w.contacts[:, SINCE] < w.clock[TIME])
     loads = np.where(leaves, np.abs(w.gaps[0, :, 0]), math.inf)
-    return Moment(y[VX : VX + 2].copy(), yaw, rate, down, loads, feet, height, depths, 0.5 * energy)
+    return Moment(y[VX : VX + 2].copy(), yaw, rate, down, loads, feet, height, depths, energy)
+
+
+def kinetic_and_spring(system: System, y: Floats, stance: Floats, down: NDArray[np.bool_], stretch: Floats) -> float:
+    """Kinetic energy, with that of turning, and energy of the springs of the legs that are down.
+
+    Parameters
+    ----------
+    system
+        The animal.
+    y, stance, down
+        ``(n,)``, ``(L, 11)``, ``(L,)``: state and legs, in the kernel's units.
+    stretch
+        ``(L,)``: by how much each leg is longer than its force-free length, m.
+
+    Returns
+    -------
+    float
+        By the mass, in m^2 per step duration squared.
+    """
+    energy = float(np.sum(y[VX : VX + 2] ** 2) + np.sum((stance[:, SPRING] * stretch**2)[down]))
+    if system.rows == 6:
+        energy += float(y[YAW_RATE]) ** 2 / float(system.body[GYRATION])
+    return 0.5 * energy
 
 
 def mirrored(system: System, m: Moment) -> Moment:

@@ -9,8 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector, shown
 from legspring.kernel.measure import leg_series, state_series
-from legspring.kernel.walker import FOOT_X, GRIP_X, LIFTOFF, TIME, Floats, Tape
+from legspring.kernel.walker import FOOT_X, LIFTOFF, TIME, Floats, Tape
 from legspring.layout import ACCURACY, System, slope_for
+from legspring.measures.energy import reach
 from legspring.model import Animal
 from legspring.returnmap import MOST_STEPS_AT_ONCE, Start, flow, step_ends
 
@@ -54,6 +55,8 @@ def simulation(
     y, index = states_at(tape, s)
     y = _with_yaw(y)
     rate = 1.0 / system.step_duration
+    # Where steps end at touch-downs, they last as long as they do.
+    step_duration = system.step_duration * (float(s[-1]) / steps if system.event_driven else 1.0)
     return xr.Dataset(
         {
             "position": (("time", "axis"), y[:, :2], _about("m", "centre of mass")),
@@ -84,8 +87,8 @@ def simulation(
             "heading": start.heading,
             "speed": start.speed,
             "desired_speed": system.desired_speed,
-            # Where steps end at touch-downs, they last as long as they do.
-            "step_duration": system.step_duration * (s[-1] / steps if system.event_driven else 1.0),
+            "step_duration": step_duration,
+            "stride_duration": system.steps_per_stride * step_duration,
         },
     )
 
@@ -111,17 +114,14 @@ def _legs(
     """Feet, lengths and forces of the legs, missing in swing, where the force is zero; and the moment of all."""
     stance = tape.stance[index, :, :, 0]
     down = tape.down[index] != 0.0
-    cosine, sine = np.cos(y[:, 4, None]), np.sin(y[:, 4, None])
-    hip_x, hip_y = stance[:, :, GRIP_X], stance[:, :, GRIP_X + 1]
-    hips = np.stack([cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y], axis=-1)
+    hips, legs = reach(y, stance)
     foot = stance[:, :, FOOT_X : FOOT_X + 2]
-    reach = foot - y[:, None, :2] - hips
-    length = np.hypot(reach[..., 0], reach[..., 1])
+    length = np.hypot(legs[..., 0], legs[..., 1])
     free, force = np.moveaxis(leg_series(tape, index, s, y[:, : system.rows]), -1, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         pull = np.where(down, force / (system.weight * length), 0.0)
     missing = np.where(down, 1.0, np.nan)
-    force = pull[..., None] * reach
+    force = pull[..., None] * legs
     arm = foot - y[:, None, :2]
     moment = np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0], axis=1)
     weight = system.animal.body.mass * system.animal.gravity
