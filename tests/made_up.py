@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from legspring import cockroach
-from legspring.sweep import LONG_NAMES
+from legspring.measures.registry import BY_NAME
 
 FAMILIES = ["A", "FB", "MB", "B"]
 DIMENSIONS = {
@@ -32,6 +32,7 @@ def made_up_optima(slopes_deg: tuple[float, ...], headings: tuple[float, ...], s
         "heading": ("heading", list(headings), {"units": "rad", "long_name": "initial heading"}),
         "family": FAMILIES,
         "leg": ["F", "M", "B"],
+        "single_leg": [leg.name for leg in cockroach().legs],
         "axis": ["lateral", "fore_aft"],
     }
     sizes = {"objective": 2, "slope_deg": len(slopes_deg), "heading": len(headings), "family": 4, "leg": 3, "axis": 2}
@@ -42,8 +43,8 @@ def made_up_optima(slopes_deg: tuple[float, ...], headings: tuple[float, ...], s
     for name, more in DIMENSIONS.items():
         numbers = random.uniform(-1.0 if "force" in name else 0.0, 1.0, [sizes[dim] for dim in cell + more])
         numbers[~there] = np.nan
-        units, words = LONG_NAMES.get(name, ("1", name))
-        variables[name] = (cell + more, numbers, {"units": units, "long_name": words})
+        attributes = BY_NAME[name].attributes if name in BY_NAME else {"units": "1", "long_name": name}
+        variables[name] = (cell + more, numbers, attributes)
     lengths = np.array([0.032, 0.026, 0.019])
     variables["actuation"][1][:] *= lengths
     parameters = json.dumps(cockroach().model_dump(mode="json"))

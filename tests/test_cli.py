@@ -167,10 +167,25 @@ def test_recover(gait: ls.Gait) -> None:
     assert "branch 1" in run("recover", "cockroach", *HERE, "--branch", "1").stdout
 
 
-@pytest.mark.parametrize("command", ["gaits", "simulate", "recover"])
-def test_figures(tmp_path: Path, command: str) -> None:
-    assert run(command, "cockroach", *HERE, "--figure", tmp_path / "x.png").exit_code == 0
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        ("gaits", "--figure"),
+        ("gaits", "--footfalls"),
+        ("simulate", "--figure"),
+        ("simulate", "--footfalls"),
+        ("recover", "--figure"),
+    ],
+)
+def test_figures(tmp_path: Path, command: str, option: str) -> None:
+    assert run(command, "cockroach", *HERE, option, tmp_path / "x.png").exit_code == 0
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_cannot_be_drawn_is_said(tmp_path: Path) -> None:
+    result = run("gaits", "cockroach", *NO_GAIT, "--figure", tmp_path / "x.png", "--footfalls", tmp_path / "y.png")
+    said = [f"legspring: there is nothing to draw into {tmp_path / name}" for name in ("x.png", "y.png")]
+    assert result.stderr.splitlines() == said and not list(tmp_path.iterdir())
 
 
 def test_atlas_with_its_figures(tmp_path: Path) -> None:
@@ -267,6 +282,8 @@ def test_bad_input_ends_with_one_line(arguments: str, tmp_path: Path, monkeypatc
 OUTPUTS = {
     ("gaits", "--figure"): ("x.jpg", "must end in .png, .pdf, .svg"),
     ("simulate", "--out"): ("x.txt", "must end in .nc, .csv, .mat"),
+    ("gaits", "--footfalls"): ("x.jpg", "must end in .png, .pdf, .svg"),
+    ("simulate", "--footfalls"): ("folder.png", "is a directory; must be a file"),
     ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere must exist"),
     ("recover", "--figure"): ("folder.png", "is a directory; must be a file"),
 }

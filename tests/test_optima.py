@@ -13,11 +13,11 @@ import xarray as xr
 import legspring as ls
 from legspring import optima
 from legspring.files import save_netcdf
+from legspring.measures.registry import BY_NAME
 from legspring.optima import optimal_atlas, select
 from legspring.optimisation import TIE
 from legspring.problem import tuned
 from legspring.solve import refined
-from legspring.sweep import LONG_NAMES
 from tests.made_up import DIMENSIONS, FAMILIES, made_up_optima
 
 CELL = ("objective", "slope_deg", "heading", "family")
@@ -46,7 +46,8 @@ def small(request: pytest.FixtureRequest) -> xr.Dataset:
 
 
 def test_schema(small: xr.Dataset) -> None:
-    assert dict(small.sizes) == {"objective": 2, "slope_deg": 2, "heading": 2, "family": 4, "leg": 3, "axis": 2}
+    sizes = {"objective": 2, "slope_deg": 2, "heading": 2, "family": 4, "leg": 3, "single_leg": 6, "axis": 2}
+    assert dict(small.sizes) == sizes
     assert small.objective.values.tolist() == ["stability", "efficiency"]
     assert small.family.values.tolist() == FAMILIES
     assert small.slope_deg.values.tolist() == [60, 65] and small.heading.values.tolist() == [0.15, 0.2]
@@ -64,7 +65,7 @@ def test_form_is_that_of_made_up_optima(small: xr.Dataset) -> None:
     assert set(promised.coords) == set(small.coords)
     for name, more in DIMENSIONS.items():
         assert small[name].dims == promised[name].dims == (*CELL, *more)
-        if name in LONG_NAMES:
+        if name in BY_NAME:
             assert small[name].attrs == promised[name].attrs
     assert small.active.dims == promised.active.dims
 

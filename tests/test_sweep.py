@@ -10,7 +10,8 @@ import xarray as xr
 
 import legspring as ls
 from legspring.files import save_netcdf
-from legspring.sweep import LONG_NAMES, YAW_NAMES, atlas
+from legspring.measures.registry import MEASURES, OF_RECOVERIES, mapped, yaws
+from legspring.sweep import atlas
 from tests.conftest import Cells
 
 
@@ -20,8 +21,13 @@ def small(roach: ls.Animal) -> xr.Dataset:
 
 
 def test_schema(small: xr.Dataset) -> None:
-    assert set(small.data_vars) == set(LONG_NAMES)
-    assert dict(small.sizes) == {"slope_deg": 3, "heading": 2, "branch": 2, "leg": 3, "axis": 2, "impulse": 2}
+    measures = (*mapped(ls.cockroach()), *OF_RECOVERIES)
+    assert list(small.data_vars) == [measure.name for measure in measures]
+    cell = {"slope_deg": 3, "heading": 2, "branch": 2}
+    assert dict(small.sizes) == cell | {"leg": 3, "single_leg": 6, "axis": 2, "impulse": 2}
+    for measure in measures:
+        assert small[measure.name].attrs == measure.attributes
+        assert small[measure.name].dims == (*cell, *measure.dimensions)
     assert list(small.leg.values) == ["F", "M", "B"]
     for variable in small.data_vars.values():
         assert variable.attrs["long_name"]
@@ -45,12 +51,13 @@ def test_values_are_those_of_the_gaits(small: xr.Dataset, thesis_map: Cells) -> 
 
 def test_a_body_that_yaws_has_more_to_say(rigid: ls.Animal) -> None:
     maps = ls.atlas(rigid, slopes_deg=[25, 30], headings=[0.15, 0.2], impulses=())
-    assert set(maps.data_vars) == {*LONG_NAMES, *YAW_NAMES}
+    more = [measure for measure in MEASURES if measure.mapped is yaws]
+    assert {measure.name for measure in more} == {"yaw", "yaw_rate", "yaw_amplitude", "peak_moment"}
+    assert set(maps.data_vars) >= {measure.name for measure in more}
     (gait, *_) = ls.find_gaits(rigid, slope_deg=30, heading=0.15)
     cell = maps.sel(slope_deg=30, heading=0.15, branch=0)
-    for name, (units, _) in YAW_NAMES.items():
-        assert cell[name].item() == pytest.approx(getattr(gait, name), rel=1e-6)
-        assert maps[name].attrs["units"] == units
+    for measure in more:
+        assert cell[measure.name].item() == pytest.approx(measure.of(gait), rel=1e-6)
 
 
 def test_missing_where_there_is_no_gait(small: xr.Dataset) -> None:

@@ -104,14 +104,16 @@ class Contacts(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """A motion at T times: states ``(T, 6)``, SI; legs down or not, ``(T, L)``; hips in the body, feet, ``(T, L, 2)``.
+    """A motion at T times: states ``(T, 6)``, SI; legs down or not, ``(T, L)``.
 
-    Then force-free length and force (in m g, > 0 pulling) of the legs, ``(T, L)``: without meaning in swing.
+    Then hips as seen from the centre of mass, legs as seen from there, and feet, ``(T, L, 2)``, and force-free length
+    and force (in m g, > 0 pulling) of the legs, ``(T, L)``: all this without meaning in swing.
     """
 
     states: Floats
     down: NDArray[np.bool_]
     hips: Floats
+    legs: Floats
     feet: Floats
     free: Floats
     force: Floats
@@ -190,6 +192,14 @@ class Flow:
         stiffness = stance[:, SPRING] * self.p[MASS] / self.unit**2
         return Contacts(down, leaves, feet, ground - w.y[Y, 0], w.gaps[0, :, 0], stiffness)
 
+    @cached_property
+    def duty_factor(self) -> Floats:
+        """Share of what was recorded in which each leg is down, ``(L,)``."""
+        steps = int(self.tape.counts[0])
+        time = self.tape.time[: steps + 1]
+        share: Floats = np.diff(time) @ self.tape.down[:steps] / (time[-1] - time[0])
+        return share
+
     def samples(self, times: Floats) -> Samples:
         """Look at some times (in step durations) of what was recorded."""
         tape = self.tape
@@ -202,8 +212,11 @@ class Flow:
         stance, down = tape.stance[index, :, :, 0], tape.down[index] != 0.0
         states = np.pad(states, ((0, 0), (0, 6 - states.shape[1])))
         states[:, [VX, VY, YAW_RATE]] /= self.unit
-        hips, feet = stance[:, :, GRIP_X : GRIP_X + 2], stance[:, :, FOOT_X : FOOT_X + 2]
-        return Samples(states, down, hips, feet, free, force / self.weight)
+        cosine, sine = np.cos(states[:, 4, None]), np.sin(states[:, 4, None])
+        hip_x, hip_y = stance[:, :, GRIP_X], stance[:, :, GRIP_X + 1]
+        hips = np.stack([cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y], axis=-1)
+        feet = stance[:, :, FOOT_X : FOOT_X + 2]
+        return Samples(states, down, hips, feet - states[:, None, :2] - hips, feet, free, force / self.weight)
 
 
 def directions(system: System, along: Sequence[Direction]) -> Floats:

@@ -14,7 +14,10 @@ from legspring.flow import Flow, IntegrationError, flow
 from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT, System
 from legspring.measures.cost import transport_cost, work_of_legs
+from legspring.measures.energy import total_energy
+from legspring.measures.footfalls import phase_lag
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
+from legspring.measures.registry import MEASURES
 from legspring.measures.robustness import Recovery, recover, recovery_steps
 from legspring.measures.stability import eigenvalues, largest_magnitude
 from legspring.model import Animal
@@ -257,6 +260,50 @@ class Gait:
         return self.distance / self.step_duration
 
     @property
+    def stride_frequency(self) -> float:
+        """Strides in a second, Hz; a stride is two steps, or one where steps are all alike."""
+        return 1.0 / (self.system.steps_per_stride * self.step_duration)
+
+    @property
+    def stride_length(self) -> float:
+        """Progress of a stride, m: `mean_speed` by `stride_frequency`; but for rounding, zero for hopping in place."""
+        return self.system.steps_per_stride * self.distance
+
+    @property
+    def froude_number(self) -> float:
+        """Froude number v^2 / (g L) of the mean speed v (Alexander and Jayes 1983), dimensionless.
+
+        L stands for the height of the hip in standing, and is the mean force-free length of the legs without actuation:
+        from the side, that of a leg upright. Seen from above, where there is no height, it is that of their projections
+        onto the ground. Gravity is the whole of it, whatever the slope.
+        """
+        length = float(np.mean([leg.length for leg in self.animal.legs]))
+        return self.mean_speed**2 / (self.animal.gravity * length)
+
+    @property
+    def duty_factor(self) -> Floats:
+        """Share of a stride in which each leg is in stance: ``(L,)``, in the order of the animal's legs."""
+        return self.stride.duty_factor
+
+    @property
+    def phase_lag(self) -> Floats:
+        """Touch-down of each leg after that of the animal's first leg, as a share of a stride: ``(L,)``, below 1.
+
+        In the order of the animal's legs; of a leg that is put down more than once, the first time counts. Nan for one
+        that is not put down.
+        """
+        return phase_lag(self.stride)
+
+    @property
+    def energy(self) -> float:
+        """Total energy at the start of a step, J: that of motion and turning, of the springs and of the height.
+
+        m v^2 / 2 + I w^2 / 2 + k gap^2 / 2 of each leg in stance, and m g by the height of the centre of mass above the
+        ground, from the side. From above, height counts from the start of the step, and so is zero.
+        """
+        return total_energy(self.stride)
+
+    @property
     def transport_cost(self) -> float:
         """Transport cost (Eq. 3.6); nan for a gait that gets nowhere."""
         return transport_cost(self.work)
@@ -264,14 +311,8 @@ class Gait:
     @property
     def missing(self) -> dict[str, str]:
         """Measures that this gait does not have, which are nan, each with the reason."""
-        reasons = {}
-        if not self.gets_on:
-            reasons["transport_cost"] = reasons["work"] = "the gait stays where it is: there is no distance to go by"
-        if not self.animal.tuned:
-            reasons["reduced_eigenvalue"] = "the animal has no desired speed by which to rebuild the old feet"
-        if math.isnan(self.grazing):
-            reasons["grazing"] = "the clock lifts all legs"
-        return reasons
+        reasons = {measure.name: measure.missing(self) for measure in MEASURES}
+        return {name: reason for name, reason in reasons.items() if reason is not None}
 
     @cached_property
     def peak_force(self) -> Floats:

@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from legspring.checks import LARGEST_SEED, checked_choice, checked_grid, checked_whole, checked_workers
 from legspring.constraints import Constraint, Constraints, named_constraints
 from legspring.files import code_stamp
+from legspring.measures.registry import BY_NAME, OF_OPTIMA, Measure, mapped, measured
 from legspring.memory import Memory
 from legspring.model import Animal
 from legspring.objective import Candidate, Goal, Objective, Penalty, Score
@@ -26,7 +27,6 @@ from legspring.optimisation import (
     TIE,
     End,
     Method,
-    Optimum,
     approached,
     as_good,
     explore,
@@ -41,16 +41,7 @@ from legspring.optimisation import (
 )
 from legspring.parallel import Processes, processes
 from legspring.progress import progress_bar
-from legspring.sweep import (
-    DIMENSIONS,
-    HEADINGS,
-    LONG_NAMES,
-    SLOPES_DEG,
-    coordinates,
-    measured,
-    neighbours,
-    provenance,
-)
+from legspring.sweep import HEADINGS, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
 from legspring.trial import GOAL, Map, pair_lengths
 
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
@@ -72,13 +63,6 @@ CHUNK = 20
 """Tasks that a process takes at a time."""
 KINDS = (End, Score, Candidate, Penalty, Constraint)
 """Kinds of objects, beside numbers, text and arrays, in what a search keeps of itself."""
-OWN_NAMES = {
-    "value": ("1", "what is minimised, without penalties"),
-    "penalised": ("1", "what is minimised, with the penalties of Table 3.1"),
-    "ending": ("", "why the search stopped"),
-    "active": ("", "constraints that bind"),
-}
-WORDS = ("ending", "active")
 Spot = tuple[int, int, str]
 """Row (slope) and column (heading) of a cell, and a family."""
 T = TypeVar("T")
@@ -204,13 +188,12 @@ def origins_of(cases: Cases, ends: dict[Key, list[End]], spot: Spot, goal: Goal)
 def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
     """Return what a dataset says about the end of a search; None if that is no gait after all."""
     optimum = finished(case.objective(goal), end, "default")
-    return None if optimum is None else described(optimum)
+    return None if optimum is None else measured(measures_of(case.animal), optimum)
 
 
-def described(optimum: Optimum) -> dict[str, Any]:
-    """Return all that a dataset says about an optimum."""
-    own = {name: getattr(optimum, name) for name in ("value", "penalised", "ending")}
-    return measured(optimum, ()) | own | {"active": "; ".join(optimum.active)}
+def measures_of(animal: Animal) -> tuple[Measure, ...]:
+    """Return all that a map says of an optimum."""
+    return (*mapped(animal), *OF_OPTIMA)
 
 
 def best_total(ends: Sequence[End]) -> float:
@@ -396,8 +379,8 @@ def optimal_atlas(
     Returns
     -------
     xarray.Dataset
-        Over objective, slope_deg, heading, family, leg and axis; missing where there is no gait. Its attribute
-        ``seconds`` counts the time of runs that were stopped, too, as far as their work is used.
+        Over objective, slope_deg, heading, family, leg (pairs of legs), single_leg and axis; missing where there is no
+        gait. Its attribute ``seconds`` counts the time of runs that were stopped, too, as far as their work is used.
 
     Raises
     ------
@@ -422,7 +405,10 @@ def optimal_atlas(
         pool = Pool(shared, memory, progress)
         known = {} if starts is None else known_optima(cases, starts)
         found = resolve_name(METHODS[method][1])(cases, known, seed, pool)
-    dataset = _empty(animal, slopes_deg, headings)
+    coords = coordinates(animal, slopes_deg, headings)
+    coords["objective"] = ("objective", list(GOALS), {"long_name": "what is minimised"})
+    coords["family"] = ("family", list(animal.families), BY_NAME["family"].attributes)
+    dataset = empty_map(measures_of(animal), ("objective", "slope_deg", "heading", "family"), coords)
     dataset.attrs = provenance(animal, {}) | {
         "title": f"Gaits of {animal.name} with the best actuation over slope and heading",
         "map": map,
@@ -433,26 +419,8 @@ def optimal_atlas(
     dataset.attrs["seconds"] = time.perf_counter() - start + (memory.spared if memory else 0.0)
     families = list(animal.families)
     for ((row, column, family), goal), values in found.items():
-        for name in dataset.data_vars:
-            dataset[name].values[GOALS.index(goal), row, column, families.index(family)] = values[str(name)]
+        fill(dataset, (GOALS.index(goal), row, column, families.index(family)), values)
     return dataset
-
-
-def _empty(animal: Animal, slopes_deg: Sequence[float], headings: Sequence[float]) -> xr.Dataset:
-    """Return the dataset with everything missing."""
-    coords = coordinates(animal, slopes_deg, headings)
-    coords["objective"] = ("objective", list(GOALS), {"long_name": "what is minimised"})
-    coords["family"] = ("family", list(animal.families), {"long_name": "pairs of legs that push"})
-    skipped = ("family", "recovery_steps", "recovered")
-    names = {name: words for name, words in LONG_NAMES.items() if name not in skipped} | OWN_NAMES
-    variables = {}
-    for name, (units, long_name) in names.items():
-        dims = ("objective", "slope_deg", "heading", "family", *DIMENSIONS.get(name, ()))
-        shape = [len(coords[dim][1]) for dim in dims]
-        values = np.full(shape, "", dtype=object) if name in WORDS else np.full(shape, np.nan)
-        variables[name] = (dims, values, {"long_name": long_name} | ({"units": units} if units else {}))
-    used = {dim for dims, _, _ in variables.values() for dim in dims}
-    return xr.Dataset(variables, coords={dim: coords[dim] for dim in coords if dim in used})
 
 
 def select(optima: xr.Dataset) -> xr.Dataset:

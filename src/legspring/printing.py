@@ -5,6 +5,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from legspring.measures.registry import MEASURES, measured
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -12,6 +14,7 @@ if TYPE_CHECKING:
     from legspring.model import Animal
     from legspring.optimisation import Optimum
     from legspring.solve import Search
+    from legspring.varied import Parameter
 
 
 def plain(value: Any) -> Any:
@@ -35,26 +38,6 @@ def print_json(records: Sequence[Mapping[str, Any]]) -> None:
     print(f"[{lines}]")
 
 
-ATTRIBUTES = (
-    *("family", "branch", "slope_deg", "heading", "speed", "mean_speed", "step_duration", "phase", "actuation"),
-    *("displacement", "yaw", "yaw_rate", "liftoff"),
-    *(
-        "events",
-        "residual",
-        "drift",
-        "grazing",
-        "reduced_eigenvalue",
-        "multipliers",
-        "conserved",
-        "missing",
-        "transport_cost",
-        "work",
-        "peak_force",
-        "yaw_amplitude",
-        "peak_moment",
-    ),
-)
-"""What is said about a gait in JSON; the net force is added in two parts."""
 LEAST_MULTIPLIER, MOST_MULTIPLIERS = 5e-4, 4
 """Smallest multiplier, and how many of them, that a table shows."""
 WIDEST = 10_000
@@ -62,9 +45,8 @@ WIDEST = 10_000
 
 
 def describe_gait(gait: "Gait") -> dict[str, Any]:
-    """Return what a gait has to say for itself, by the names of its attributes."""
-    high, low = gait.net_force
-    return {name: getattr(gait, name) for name in ATTRIBUTES} | {"net_force_max": high, "net_force_min": low}
+    """Return what a gait has to say for itself."""
+    return measured(MEASURES, gait)
 
 
 def describe_optimum(best: "Optimum") -> dict[str, Any]:
@@ -107,6 +89,20 @@ def print_animals(animals: "Sequence[Animal]") -> None:
     """Print names, pairs of legs, families and what they stand for, a line each."""
     rows = [("animal", "pairs", "families", "summary")]
     rows += [(animal.name, ", ".join(animal.pairs), ", ".join(animal.families), animal.summary) for animal in animals]
+    print_rows(rows)
+
+
+def print_parameters(parameters: "Sequence[Parameter]") -> None:
+    """Print names, values, units and words, a line each; a dash for what a gait has, or finds."""
+    rows = [("name", "value", "unit", "")]
+    rows += [
+        (one.name, "-" if math.isnan(one.value) else f"{one.value:.6g}", one.unit, one.words) for one in parameters
+    ]
+    print_rows(rows)
+
+
+def print_rows(rows: Sequence[tuple[str, ...]]) -> None:
+    """Print rows in columns that line up."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         print("  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip())

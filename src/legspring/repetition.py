@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from legspring.flow import Flow, IntegrationError, flow
 from legspring.kernel.walker import Floats
 from legspring.layout import System
+from legspring.measures.energy import kinetic_and_spring
 
 STRIDES = 2
 ACCURACY = 3e-13
@@ -114,11 +115,9 @@ def moment(run: Flow) -> Moment:
     loads = np.where(legs.leaves, np.abs(legs.gaps), math.inf)
     # Where nothing stands on a ground, there are no heights.
     depths, height = np.nan_to_num(legs.feet[:, 1] - legs.ground), float(np.nan_to_num(-legs.ground[0]))
-    energy = body.mass * np.sum(state[2:4] ** 2) + np.sum((legs.stiffness * legs.gaps**2)[legs.down])
-    if system.yaws and body.inertia:
-        energy += body.inertia * state[5] ** 2
-    spin = float(state[5])
-    return Moment(state[2:4], float(state[4]), spin, legs.down, loads, legs.feet, height, depths, 0.5 * float(energy))
+    # Where energy is conserved, and so compared, a gap is a spring's stretch.
+    energy = kinetic_and_spring(body, state, legs.stiffness, legs.gaps, legs.down)
+    return Moment(state[2:4], float(state[4]), float(state[5]), legs.down, loads, legs.feet, height, depths, energy)
 
 
 def mirrored(system: System, m: Moment) -> Moment:

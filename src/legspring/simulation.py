@@ -34,6 +34,8 @@ def simulation(system: System, p: Floats, strides: float, *, accuracy: float = A
     s = np.linspace(0.0, run.step_ends[-1], steps * SAMPLES + 1)
     samples = run.samples(s)
     y, firsts = samples.states, list(system.animal.first_legs)
+    # Where steps end at touch-downs, they last as long as they do.
+    step_duration = system.step_duration * (float(s[-1]) / steps if system.event_driven else 1.0)
     return xr.Dataset(
         {
             "position": (("time", "axis"), y[:, :2], _about("m", "centre of mass")),
@@ -64,8 +66,8 @@ def simulation(system: System, p: Floats, strides: float, *, accuracy: float = A
             "heading": float(p[PLACES["heading"]]),
             "speed": float(p[PLACES["speed"]]),
             "desired_speed": system.desired_speed,
-            # Where steps end at touch-downs, they last as long as they do.
-            "step_duration": system.step_duration * (s[-1] / steps if system.event_driven else 1.0),
+            "step_duration": step_duration,
+            "stride_duration": system.steps_per_stride * step_duration,
         },
     )
 
@@ -87,22 +89,18 @@ def _about(units: str, name: str) -> dict[str, str]:
 
 def _legs(run: Flow, samples: Samples) -> dict[str, tuple[tuple[str, ...], Floats | NDArray[np.bool_], dict[str, str]]]:
     """Feet, lengths and forces of the legs, missing in swing, where the force is zero; and the moment of all."""
-    y, down, foot = samples.states, samples.down, samples.feet
-    cosine, sine = np.cos(y[:, 4, None]), np.sin(y[:, 4, None])
-    hip_x, hip_y = np.moveaxis(samples.hips, -1, 0)
-    hips = np.stack([cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y], axis=-1)
-    reach = foot - y[:, None, :2] - hips
-    length = np.hypot(reach[..., 0], reach[..., 1])
+    y, down, foot, legs = samples.states, samples.down, samples.feet, samples.legs
+    length = np.hypot(legs[..., 0], legs[..., 1])
     with np.errstate(divide="ignore", invalid="ignore"):
         pull = np.where(down, samples.force / length, 0.0)
     missing = np.where(down, 1.0, np.nan)
-    force = pull[..., None] * reach
+    force = pull[..., None] * legs
     arm = foot - y[:, None, :2]
     moment = np.sum(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0], axis=1)
     weight = run.system.animal.body.mass * run.system.animal.gravity
     return {
         "stance": (("time", "leg"), down, _about("1", "whether the leg is in stance")),
-        "hip": (("time", "leg", "axis"), y[:, None, :2] + hips, _about("m", "hip")),
+        "hip": (("time", "leg", "axis"), y[:, None, :2] + samples.hips, _about("m", "hip")),
         "foot": (("time", "leg", "axis"), foot * missing[..., None], _about("m", "foot in stance")),
         "leg_length": (("time", "leg"), length * missing, _about("m", "length of the leg in stance")),
         "free_length": (("time", "leg"), samples.free * missing, _about("m", "force-free length in stance")),

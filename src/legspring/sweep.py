@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -16,6 +16,7 @@ import legspring
 from legspring.checks import MOST_STARTS, checked_grid, checked_vector, checked_whole, checked_workers
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
+from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped, measured
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.problem import GaitProblem, check_tuned, tuned
@@ -30,37 +31,6 @@ HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
 STARTS = 4
 """Starts for each family in each cell; neighbouring cells give more."""
-
-LONG_NAMES = {
-    "family": ("", "pairs of legs that push"),
-    "speed": ("m/s", "initial speed of a step"),
-    "phase": ("rad", "phase of the actuation"),
-    "actuation": ("m", "magnitude of the actuation"),
-    "liftoff": ("t_des", "time from touch-down to lift-off"),
-    "reduced_eigenvalue": ("1", "largest eigenvalue magnitude of the reduced map (thesis)"),
-    "max_multiplier": ("1", "largest magnitude of a Floquet multiplier of a stride (complete map)"),
-    "transport_cost": ("1", "transport cost (Eq. 3.6)"),
-    "peak_force": ("m g", "peak force of a leg on the body"),
-    "net_force_max": ("m g", "largest sum of the forces of all legs"),
-    "net_force_min": ("m g", "smallest sum of the forces of all legs"),
-    "grazing": ("m/s", "smallest rate at which a leg passes through zero force at lift-off"),
-    "residual": ("1", "largest scaled condition left"),
-    "recovery_steps": ("1", "steps to recover from an impulse"),
-    "recovered": ("1", "whether the gait came back after an impulse (0 or 1)"),
-}
-
-YAW_NAMES = {
-    "yaw": ("rad", "yaw at the start of a step"),
-    "yaw_rate": ("rad/s", "yaw rate at the start of a step"),
-    "yaw_amplitude": ("rad", "largest yaw to either side"),
-    "peak_moment": ("N m", "largest moment of all legs about the centre of mass"),
-}
-"""What is said in addition where the body yaws."""
-
-
-def names_of(animal: Animal) -> dict[str, tuple[str, str]]:
-    """Return units and words of what a map says of each gait, by name."""
-    return LONG_NAMES | (YAW_NAMES if animal.body.yaw == "free" else {})
 
 
 @dataclass
@@ -161,30 +131,6 @@ def find_all(
     return {place: number_branches(gaits) for place, gaits in found.items()}, effort
 
 
-def measured(gait: Gait, impulses: Sequence[float]) -> dict[str, Any]:
-    """Return all of a gait's measures under the names that they have in an atlas."""
-    high, low = gait.net_force
-    recovery = gait.recovery_steps(impulses)
-    turning = {name: getattr(gait, name) for name in YAW_NAMES} if gait.animal.body.yaw == "free" else {}
-    return turning | {
-        "family": gait.family,
-        "speed": gait.speed,
-        "phase": gait.phase,
-        "actuation": gait.actuation,
-        "liftoff": gait.liftoff,
-        "reduced_eigenvalue": gait.reduced_eigenvalue,
-        "max_multiplier": abs(gait.multipliers[0]),
-        "transport_cost": gait.transport_cost,
-        "peak_force": gait.peak_force,
-        "net_force_max": high,
-        "net_force_min": low,
-        "grazing": gait.grazing,
-        "residual": gait.residual,
-        "recovery_steps": recovery,
-        "recovered": np.isfinite(recovery).astype(float),
-    }
-
-
 def atlas(
     animal: Animal,
     *,
@@ -218,8 +164,8 @@ def atlas(
     Returns
     -------
     xarray.Dataset
-        Over slope_deg, heading, branch, leg, axis and impulse; missing where there is no gait. Where the body yaws,
-        `YAW_NAMES` are among its variables.
+        Over slope_deg, heading, branch, leg (pairs of legs), single_leg, axis and impulse; missing where there is no
+        gait. Its variables are those of `legspring.measures.registry.mapped` and `OF_RECOVERIES`.
 
     Raises
     ------
@@ -234,52 +180,61 @@ def atlas(
         animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
     check_tuned(animal, "for a map over slope and heading")
     found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
-    gaits = [(place, gait) for place, here in found.items() for gait in here]
+    gaits = [((*place, gait.branch), gait) for place, here in found.items() for gait in here]
+
+    def values(gait: Gait) -> dict[str, Any]:
+        return measured(mapped(animal), gait) | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
+
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
-        values = _parallel(lambda item: measured(item[1], impulses), gaits, workers, tick)
+        all_values = _parallel(lambda item: values(item[1]), gaits, workers, tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
     coords = coordinates(animal, slopes_deg, headings)
-    coords["branch"] = ("branch", np.arange(branches), {"long_name": "branch, by the phase of the hindmost legs"})
+    coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
     coords["impulse"] = ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"})
-    dataset = xr.Dataset(_empty(names_of(animal), coords), coords=coords, attrs=provenance(animal, effort))
-    for ((row, column), gait), value in zip(gaits, values, strict=True):
-        for name, number in value.items():
-            dataset[name].values[row, column, gait.branch] = number
-    return dataset
+    dataset = empty_map((*mapped(animal), *OF_RECOVERIES), ("slope_deg", "heading", "branch"), coords)
+    for (place, _), of_gait in zip(gaits, all_values, strict=True):
+        fill(dataset, place, of_gait)
+    return dataset.assign_attrs(provenance(animal, effort))
 
 
 def coordinates(animal: Animal, slopes_deg: Sequence[float], headings: Sequence[float]) -> dict[str, tuple[Any, ...]]:
     """Return the coordinates that all maps have."""
     return {
-        "slope_deg": ("slope_deg", list(slopes_deg), {"units": "degrees", "long_name": "slope"}),
-        "heading": ("heading", list(headings), {"units": "rad", "long_name": "initial heading"}),
+        "slope_deg": ("slope_deg", list(slopes_deg), BY_NAME["slope_deg"].attributes),
+        "heading": ("heading", list(headings), BY_NAME["heading"].attributes),
         "leg": ("leg", list(animal.pairs), {"long_name": "pair of legs"}),
+        "single_leg": ("single_leg", [leg.name for leg in animal.legs], {"long_name": "leg"}),
         "axis": ("axis", ["lateral", "fore_aft"], {"long_name": "direction of a force"}),
     }
 
 
-DIMENSIONS = {
-    "phase": ("leg",),
-    "actuation": ("leg",),
-    "liftoff": ("leg",),
-    "peak_force": ("leg", "axis"),
-    "net_force_max": ("axis",),
-    "net_force_min": ("axis",),
-    "recovery_steps": ("impulse",),
-    "recovered": ("impulse",),
-}
+def empty_map(measures: Sequence[Measure], cell: tuple[str, ...], coords: Mapping[str, tuple[Any, ...]]) -> xr.Dataset:
+    """Return a dataset of measures in which all is missing: nan, or an empty word.
 
-
-def _empty(names: dict[str, tuple[str, str]], coords: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
-    """Return the atlas's variables, all missing."""
+    Parameters
+    ----------
+    measures
+        Its variables; what is a coordinate is none.
+    cell
+        Dimensions that say which gait is meant; those of a measure follow.
+    coords
+        The coordinates, each as (dimension, values, attributes).
+    """
     variables = {}
-    for name, (units, long_name) in names.items():
-        dims = ("slope_deg", "heading", "branch", *DIMENSIONS.get(name, ()))
+    for measure in measures:
+        if measure.name in coords:
+            continue
+        dims = (*cell, *measure.dimensions)
         shape = [len(coords[dim][1]) for dim in dims]
-        values = np.full(shape, "", dtype=object) if name == "family" else np.full(shape, np.nan)
-        attributes = {"long_name": long_name} | ({"units": units} if units else {})
-        variables[name] = (dims, values, attributes)
-    return variables
+        values = np.full(shape, np.nan) if measure.unit else np.full(shape, "", dtype=object)
+        variables[measure.name] = (dims, values, measure.attributes)
+    return xr.Dataset(variables, coords=coords)
+
+
+def fill(dataset: xr.Dataset, place: tuple[int, ...], values: Mapping[str, Any]) -> None:
+    """Write what is known of a gait into its place in a map."""
+    for name in dataset.data_vars:
+        dataset[name].values[place] = values[str(name)]
 
 
 def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:

@@ -51,7 +51,7 @@ def parameters(
     >>> import legspring as ls
     >>> found = {p.name: p for p in ls.parameters(ls.cockroach(), slope_deg=45)}
     >>> found["F.stiffness"]
-    Parameter(name='F.stiffness', value=1.5, unit='N/m', words='stiffness of legs FL, FR')
+    Parameter(name='F.stiffness', value=1.5, unit='N/m', words='stiffness (FL, FR)')
     >>> round(found["desired_speed"].value, 3), "FL.stiffness" in found, "inertia" in found
     (0.275, True, False)
     """
@@ -85,9 +85,9 @@ def _of_legs(system: System, owner: str, legs: tuple[int, ...], name: str) -> Pa
         return None
     open_phase = name == "phase" and leg.phase is None and animal.tuned
     unit, words = LEG[name]
-    whose = f"leg{'s' if len(legs) > 1 else ''} {', '.join(animal.legs[i].name for i in legs)}"
+    whose = ", ".join(animal.legs[i].name for i in legs)
     value = math.nan if open_phase else float(system.values[system.place(first, name)])
-    return Parameter(f"{owner}.{name}", value, unit, f"{words} of {whose}")
+    return Parameter(f"{owner}.{name}", value, unit, f"{words} ({whose})")
 
 
 def _with_kink(system: System, one: Parameter) -> Parameter:

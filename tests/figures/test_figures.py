@@ -154,7 +154,7 @@ def test_zero_is_pale_and_signs_are_told_apart(maps: xr.Dataset, limits: tuple[f
 @pytest.mark.parametrize(
     ("name", "at", "message"),
     [
-        ("velocity", {}, "name = 'velocity': must be one of speed, phase"),
+        ("velocity", {}, "name = 'velocity': must be one of speed, mean_speed"),
         ("family", {}, "name = 'family': must be one of speed"),
         ("phase", {}, "leg = None: must be one of F, M, B"),
         ("phase", {"leg": "X"}, "leg = 'X': must be one of F, M, B"),

@@ -68,14 +68,18 @@ WORDS = [
 VALUES: dict[str, list[str]] = {
     "--slope": NUMBERS, "--heading": NUMBERS, "--branch": NUMBERS, "--speed": NUMBERS, "--strides": NUMBERS,
     "--impulse": NUMBERS, "--workers": ["0", "nan", "-1", "1e9", "x"], "--family": WORDS, "--actuation": LISTS,
-    "--phase": ["10,20,30", *LISTS], "--figure": FILES, "--out": FILES, "--slopes": GRIDS, "--headings": GRIDS,
+    "--phase": ["10,20,30", *LISTS], "--figure": FILES, "--footfalls": FILES, "--out": FILES,
+    "--slopes": GRIDS, "--headings": GRIDS,
     "--method": WORDS, "--objective": WORDS, "--map": WORDS, "--only": WORDS, "--json": [], "--no-recovery": [],
     "--help": [], "--version": [],
 }  # fmt: skip
 OPTIONS = {
     "presets": ["--json", "--figure"],
-    "gaits": ["--family", "--actuation", "--json", "--figure"],
-    "simulate": "--branch --family --speed --phase --actuation --strides --out --json --figure".split(),  # noqa: SIM905
+    "gaits": ["--family", "--actuation", "--json", "--figure", "--footfalls"],
+    "simulate": [
+        *("--branch", "--family", "--speed", "--phase", "--actuation", "--strides", "--out", "--json"),
+        *("--figure", "--footfalls"),
+    ],
     "recover": ["--impulse", "--branch", "--family", "--actuation", "--json", "--figure"],
     "atlas": ["--out", "--slopes", "--headings", "--no-recovery", "--actuation"],
     "optimize": ["--objective", "--family", "--map", "--method", "--json", "--figure"],

@@ -12,6 +12,7 @@ from legspring.cli.options import (
     Branch,
     Family,
     FigureFile,
+    FootfallFile,
     Heading,
     Json,
     Slope,
@@ -21,7 +22,15 @@ from legspring.cli.options import (
 from legspring.cli.outputs import draws, draws_preset, save, save_dataset
 from legspring.cli.program import app, say
 from legspring.cli.subjects import check_strides, choose_gait, no_gait, search_at, simulate_start
-from legspring.printing import describe_animal, describe_gait, print_animals, print_gaits, print_json, print_run
+from legspring.printing import (
+    describe_animal,
+    describe_gait,
+    print_animals,
+    print_gaits,
+    print_json,
+    print_parameters,
+    print_run,
+)
 
 
 @app.command()
@@ -53,6 +62,25 @@ def presets(
 
 
 @app.command()
+def parameters(animal: AnimalName, slope: Slope = None, family: Family = None, as_json: Json = False) -> None:
+    """List everything of an animal that can vary at a slope, with values, units and words.
+
+    Example: legspring parameters cockroach --slope 45
+    """
+    from legspring.cli.options import check_slope
+    from legspring.model import load_animal
+    from legspring.varied import parameters
+
+    creature = load_animal(animal)
+    check_slope(creature, slope)
+    found = parameters(creature, slope_deg=slope, family=family)
+    if as_json:
+        print_json([one._asdict() for one in found])
+    else:
+        print_parameters(found)
+
+
+@app.command()
 def gaits(
     animal: AnimalName,
     slope: Slope = None,
@@ -61,14 +89,16 @@ def gaits(
     actuation: Actuation = None,
     as_json: Json = False,
     figure: FigureFile = None,
+    footfalls: FootfallFile = None,
 ) -> None:
-    """Find the gaits at one slope and heading; --figure draws the first one.
+    """Find the gaits at one slope and heading; --figure and --footfalls draw the first one.
 
     Example: legspring gaits cockroach --slope 45 --heading 0.15
 
     Example: legspring gaits lateral_leg_spring
     """
     check_figure(figure)
+    check_figure(footfalls)
     search = search_at(animal, slope, heading, family, actuation)
     if as_json:
         print_json([describe_gait(gait) for gait in search.gaits])
@@ -77,9 +107,11 @@ def gaits(
     else:
         print(no_gait(search, slope, heading))
     if search.gaits:
-        save((figure, draws("draw_gait", search.gaits[0])))
-    elif figure is not None:
-        say(f"there is nothing to draw into {figure}")
+        first = search.gaits[0]
+        save((figure, draws("draw_gait", first)), (footfalls, draws("draw_footfalls", first)))
+    else:
+        for path in filter(None, (figure, footfalls)):
+            say(f"there is nothing to draw into {path}")
 
 
 @app.command()
@@ -112,6 +144,7 @@ def simulate(
     ] = None,
     as_json: Json = False,
     figure: FigureFile = None,
+    footfalls: FootfallFile = None,
 ) -> None:
     """Simulate a gait, or any start given by --speed, --heading, --phase and --family.
 
@@ -128,6 +161,7 @@ def simulate(
 
         check_output(out, list(SAVERS))
     check_figure(figure)
+    check_figure(footfalls)
     check_strides(animal, strides)
     if speed is None and phase is None:
         gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
@@ -148,7 +182,8 @@ def simulate(
         # Without a family there is but one.
         about = {"family": family or next(iter(load_animal(animal).families)), "branch": None}
     print_run(run, about, strides, as_json)
-    save((out, partial(save_dataset, run)), (figure, draws("draw_simulation", run)))
+    drawn = (figure, draws("draw_simulation", run)), (footfalls, draws("draw_footfalls", run))
+    save((out, partial(save_dataset, run)), *drawn)
 
 
 @app.command()

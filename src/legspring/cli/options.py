@@ -83,6 +83,9 @@ Actuation = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
 FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
+FootfallFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw when each leg is down: .png, .pdf or .svg.")
+]
 
 
 def parse_numbers(name: str, text: str | None) -> tuple[float, ...] | None:
@@ -125,11 +128,16 @@ def parse_phase(animal: "Animal", text: str) -> list[float]:
     return [math.radians(angle) for angle in degrees]
 
 
-def check_place(animal: "Animal", slope: float | None, heading: float | None) -> None:
-    """Make sure that a slope and a heading are given where gaits need them, and only there."""
+def check_slope(animal: "Animal", slope: float | None) -> None:
+    """Make sure that a slope is given where an animal is for more than one."""
     low, high = animal.speed_law.domain_deg
     if slope is None and low < high:
         raise ValueError(f"--slope is missing: must be an angle from {low:g} to {high:g} degrees")
+
+
+def check_place(animal: "Animal", slope: float | None, heading: float | None) -> None:
+    """Make sure that a slope and a heading are given where gaits need them, and only there."""
+    check_slope(animal, slope)
     if animal.tuned and heading is None:
         raise ValueError("--heading is missing: must be an angle in radians")
     if heading is not None and not animal.tuned:

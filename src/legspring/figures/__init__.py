@@ -5,8 +5,18 @@ Importing this package imports matplotlib.
 """
 
 from legspring.figures.animals import draw_animal, draw_animals
+from legspring.figures.footfalls import draw_footfalls
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
 from legspring.figures.style import save_figure
 
-__all__ = ["draw_animal", "draw_animals", "draw_atlas", "draw_gait", "draw_recovery", "draw_simulation", "save_figure"]
+__all__ = [
+    "draw_animal",
+    "draw_animals",
+    "draw_atlas",
+    "draw_footfalls",
+    "draw_gait",
+    "draw_recovery",
+    "draw_simulation",
+    "save_figure",
+]

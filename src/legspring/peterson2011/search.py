@@ -6,8 +6,9 @@ from typing import Any
 from scipy.optimize import minimize
 
 from legspring.kernel.walker import Floats
+from legspring.measures.registry import measured
 from legspring.objective import Candidate, Goal, Objective
-from legspring.optima import GOALS, NODES, Case, Cases, Key, Pool, Spot, described
+from legspring.optima import GOALS, NODES, Case, Cases, Key, Pool, Spot, measures_of
 from legspring.optimisation import End, Optimum, finished, rank, scan
 
 MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
@@ -79,7 +80,7 @@ def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]
                 last = end if goal == "stability" else nelder_mead(objective, candidate)
                 optimum = finished(objective, last, "nelder-mead")
                 if optimum is not None:
-                    out[n][goal] = described(optimum)
+                    out[n][goal] = measured(measures_of(optimum.animal), optimum)
     return out
 
 

@@ -1,0 +1,55 @@
+"""The total energy, against the one that a simulation's time series give."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import legspring as ls
+from legspring import Animal, Gait, load_animal
+from legspring.kernel.walker import Floats
+
+
+def energies(animal: Animal, run: xr.Dataset) -> Floats:
+    """Total energy at the samples of a simulation, J; from above without that of the height."""
+    mass, inertia = animal.body.mass, animal.body.inertia or 0.0
+    stiffness = np.array([leg.stiffness for leg in animal.legs])
+    stretch = (run["leg_length"] - run["free_length"]).fillna(0.0).values
+    energy = 0.5 * mass * np.sum(run["velocity"].values ** 2, axis=1) + 0.5 * np.sum(stiffness * stretch**2, axis=1)
+    energy += 0.5 * inertia * run["yaw_rate"].values ** 2
+    if animal.sagittal:
+        ground = run["foot"].values[0, 0, 1]
+        energy += mass * animal.gravity * (run["position"].values[:, 1] - ground)
+    return np.asarray(energy)
+
+
+def gaits_of(animal: Animal) -> Sequence[Gait]:
+    low, high = animal.speed_law.domain_deg
+    return ls.find_gaits(animal, slope_deg=low if low == high else 45.0, heading=0.15 if animal.tuned else None)
+
+
+@pytest.mark.parametrize("name", ls.presets())
+def test_it_is_that_of_the_time_series(name: str) -> None:
+    for gait in gaits_of(load_animal(name)):
+        series = energies(gait.animal, gait.simulate(strides=1))
+        assert gait.energy == pytest.approx(series[0], rel=1e-12)
+        assert gait.energy == pytest.approx(series[-1], rel=1e-6)
+        if "energy" in gait.conserved:
+            np.testing.assert_allclose(series, gait.energy, rtol=1e-6)
+
+
+def test_the_runner_has_the_energy_of_its_apex() -> None:
+    """At its highest point a runner has but speed and height: numbers of another origin are in `test_periodic`."""
+    gait = ls.find_gaits(load_animal("spring_loaded_inverted_pendulum"))[0]
+    leg, mass, g = gait.animal.legs[0], gait.animal.body.mass, gait.animal.gravity
+    height = leg.length * math.sin(math.radians(68.0))
+    assert gait.energy == pytest.approx(0.5 * mass * gait.speed**2 + mass * g * height)
+
+
+def test_legs_that_are_still_down_count() -> None:
+    gait = ls.find_gaits(load_animal("cockroach_rigid"), slope_deg=45, heading=0.15)[0]
+    turning = 0.5 * gait.animal.body.inertia * gait.yaw_rate**2  # type: ignore[operator]
+    assert gait.duty_factor.max() > 0.5
+    assert gait.energy > 0.5 * gait.animal.body.mass * gait.speed**2 + turning + 1e-9
