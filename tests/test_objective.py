@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait
+from legspring.actuated import Map
 from legspring.constraints import Constraint
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
 from legspring.solve import gait_near
-from legspring.trial import Map
 from tests.conftest import Cells
 
 
 def around(gait: Gait, goal: Goal, of: Map = "complete") -> tuple[Objective, Floats, Floats]:
     """Return the objective of a gait's family and cell, and the gait's actuation and unknowns."""
     objective = Objective(gait.animal, gait.slope, gait.heading, gait.family, goal, of)
-    return objective, gait.actuation / objective.trial.lengths, objective.trial.problem.z_of(gait)
+    return objective, gait.actuation / objective.actuated.lengths, objective.actuated.problem.z_of(gait)
 
 
 def test_an_unconstrained_gait_scores_its_measure(thesis_map: Cells) -> None:
@@ -40,7 +40,7 @@ def test_an_unconstrained_gait_scores_its_measure(thesis_map: Cells) -> None:
 def test_crossing_angles_are_those_of_the_time_series(thesis_map: Cells) -> None:
     gait = thesis_map[15, 0.15][0]
     objective, actuation, z = around(gait, "stability")
-    angles = objective.trial.look(np.concatenate([actuation, z]), "ends").angles[0]
+    angles = objective.actuated.measure(np.concatenate([actuation, z]), "ends").angles[0]
     run = gait.simulate(strides=1)
     for pair, leg in enumerate(gait.first_legs):
         length, free = run.leg_length.values[:, leg], run.free_length.values[:, leg]
@@ -79,7 +79,7 @@ def test_the_fixed_point_beside_is_one(thesis_map: Cells) -> None:
     objective, actuation, z = around(gait, "efficiency")
     beside = objective(actuation, z).beside
     assert beside is not None
-    problem = Objective(gait.animal, gait.slope, 1.05 * gait.heading, gait.family, "efficiency").trial.problem
+    problem = Objective(gait.animal, gait.slope, 1.05 * gait.heading, gait.family, "efficiency").actuated.problem
     assert problem.system.magnitudes == pytest.approx(gait.actuation)
     fixed = gait_near(problem, beside)
     assert fixed is not None

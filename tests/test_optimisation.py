@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait, cockroach, optimize, trade_off
+from legspring.actuated import GOAL, Actuated, Map
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
 from legspring.optimisation import (
@@ -23,7 +24,6 @@ from legspring.optimisation import (
     spread_out,
 )
 from legspring.peterson2011.constraints import TABLE_3_1
-from legspring.trial import GOAL, Map, Trial
 
 LEAST, MOST = TABLE_3_1.actuation
 Case = tuple[float, float, str, Goal, Map]
@@ -62,8 +62,8 @@ def searched(case: Case, method: Method, seed: int) -> Optimum:
 
 def candidate(optimum: Gait) -> tuple[Floats, Floats]:
     """Return actuation in units of nominal lengths, and unknowns."""
-    trial = Trial(optimum.animal, optimum.slope, optimum.heading, optimum.family)
-    return optimum.actuation / trial.lengths, trial.problem.z_of(optimum)
+    actuated = Actuated(optimum.animal, optimum.slope, optimum.heading, optimum.family)
+    return optimum.actuation / actuated.lengths, actuated.problem.z_of(optimum)
 
 
 @pytest.mark.parametrize("method", ["default", "nelder-mead"])
@@ -251,7 +251,7 @@ def test_a_scan_finds_the_gaits_of_each_actuation(roach: Animal) -> None:
     ratios, starts = (np.array(rows) for rows in list(zip(*candidates, strict=True))[:2])
     assert len(candidates) > 20
     assert LEAST <= ratios.min() < 0.3 and 0.8 < ratios.max() <= MOST
-    assert np.all(objective.trial.solve(ratios, starts).residuals < GOAL)
+    assert np.all(objective.actuated.solve(ratios, starts).residuals < GOAL)
     for number, one in enumerate(candidates):
         before = [other.unknowns for other in candidates[:number] if other.actuation is one.actuation]
         assert not is_among(one.unknowns, before)

@@ -6,12 +6,12 @@ import os
 import platform
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import legspring
 from legspring.leaving import undone_by
 
 if TYPE_CHECKING:
@@ -197,4 +197,4 @@ def code_stamp() -> str:
     """Return what identifies this version of the package: results of another one are not to be mixed with its own."""
     sources = sorted(Path(legspring.__file__).parent.rglob("*.py"))
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
-    return f"{legspring.__version__} {digest[:16]}"
+    return f"{version('legspring')} {digest[:16]}"

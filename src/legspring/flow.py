@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -42,6 +41,7 @@ from legspring.kernel.walker import (
     new_tape,
 )
 from legspring.layout import ACCURACY, START, System
+from legspring.parallel import in_threads
 
 NO_PUSH, NO_PUSHES = np.zeros((0, 3)), np.zeros((0, 0, 3))
 SEEN = (*START, "duration")
@@ -335,6 +335,5 @@ def flows(
 
     if len(chunks) == 1:
         return simulate(chunks[0])
-    with ThreadPoolExecutor(len(chunks)) as pool:
-        parts = list(pool.map(simulate, chunks))
+    parts = in_threads(simulate, chunks, len(chunks))
     return Ends(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))

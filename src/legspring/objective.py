@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from legspring.actuated import GOAL, Actuated, Map
 from legspring.checks import checked_angle, checked_choice, checked_vector
 from legspring.constraints import LIMITS, Constraint, Constraints, named_constraints
 from legspring.gait import Gait
@@ -15,7 +16,6 @@ from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
 from legspring.problem import tuned
 from legspring.solve import refined
-from legspring.trial import GOAL, Map, Trial
 
 Goal = Literal["stability", "efficiency"]
 
@@ -92,7 +92,7 @@ class Objective:
     Raises
     ------
     ValueError
-        For an unknown goal, map or name, and as `legspring.trial.Trial` does.
+        For an unknown goal, map or name, and as `legspring.actuated.Actuated` does.
     """
 
     def __init__(
@@ -111,25 +111,25 @@ class Objective:
         # There is a fixed point to be looked for beside the gait.
         checked_angle("heading", heading, 0.94 * math.pi / 2)
         self.goal, self.of, self.constraints = goal, of, named_constraints(constraints)
-        self.trial = Trial(animal, slope, heading, family)
-        self.beside = self.trial.beside(self.constraints.heading_beside(heading))
+        self.actuated = Actuated(animal, slope, heading, family)
+        self.beside = self.actuated.beside(self.constraints.heading_beside(heading))
         self.evaluations = 0
 
     def at(self, slope: float, heading: float) -> "Objective":
         """Return the same at another slope and heading."""
-        animal, family = self.trial.system.animal, self.trial.family
+        animal, family = self.actuated.system.animal, self.actuated.family
         return Objective(animal, slope, heading, family, self.goal, self.of, constraints=self.constraints)
 
     def like(self, goal: Goal, of: Map) -> "Objective":
         """Return the objective of the same gaits for another goal and map."""
-        trial = self.trial
-        animal, slope = trial.system.animal, trial.system.slope
-        return Objective(animal, slope, trial.heading, trial.family, goal, of, constraints=self.constraints)
+        actuated = self.actuated
+        animal, slope = actuated.system.animal, actuated.system.slope
+        return Objective(animal, slope, actuated.heading, actuated.family, goal, of, constraints=self.constraints)
 
     @property
     def floor(self) -> float:
         """What no gait can be better than: the work against gravity, sin(slope) (Eq. 4.1), or 0."""
-        return abs(math.sin(self.trial.system.slope)) if self.goal == "efficiency" else 0.0
+        return abs(math.sin(self.actuated.system.slope)) if self.goal == "efficiency" else 0.0
 
     def __call__(self, actuation: ArrayLike, near: Floats, beside: Floats | None = None) -> Score:
         """Evaluate the objective for some actuation at the gait near some unknowns.
@@ -144,10 +144,10 @@ class Objective:
             Where the fixed point at a slightly larger heading may be, if not near the gait.
         """
         self.evaluations += 1
-        ratio = checked_vector("actuation", actuation, len(self.trial.lengths))
+        ratio = checked_vector("actuation", actuation, len(self.actuated.lengths))
         squares = 1.0
         if np.all((ratio >= 0.0) & (ratio < 1.0)):
-            found = self.trial.solve(ratio, near)
+            found = self.actuated.solve(ratio, near)
             squares = float(found.squares[0])
             score = self.alone(ratio, found.z[0]) if found.residuals[0] <= GOAL else None
             if score is not None:
@@ -169,8 +169,8 @@ class Objective:
 
     def _measured(self, candidates: Floats) -> tuple[Floats, Floats]:
         """Return what is to be small, infinite where there is no gait, and by how much limits are passed."""
-        p = len(self.trial.lengths)
-        seen = self.trial.look(candidates, "cost" if self.goal == "efficiency" else self.of)
+        p = len(self.actuated.lengths)
+        seen = self.actuated.measure(candidates, "cost" if self.goal == "efficiency" else self.of)
         values = np.full(len(candidates), np.inf)
         if self.goal == "efficiency":
             values[seen.is_gait] = seen.cost[seen.is_gait]
@@ -181,7 +181,7 @@ class Objective:
 
     def _penalties(self, excess: Floats) -> tuple[Penalty, ...]:
         """Name the limits of one candidate that are passed, each with its penalty."""
-        amounts, pairs = self.constraints.penalties(excess).T, self.trial.system.animal.pairs
+        amounts, pairs = self.constraints.penalties(excess).T, self.actuated.system.animal.pairs
         places = np.argwhere(amounts > 0.0).tolist()
         return tuple(Penalty(LIMITS[rule], pairs[pair], float(amounts[rule, pair])) for rule, pair in places)
 
@@ -200,10 +200,10 @@ class Objective:
         """Look, by way of the headings in between, for a fixed point beside a gait that seems to have none."""
         if score.unknowns is None or score.beside is not None:
             return score
-        heading, near = self.trial.heading, score.unknowns
+        heading, near = self.actuated.heading, score.unknowns
         for share in SHARES_ON_THE_WAY:
-            trial = self.trial.beside(heading + share * (self.beside.heading - heading))
-            found = trial.solve(score.actuation, near)
+            actuated = self.actuated.beside(heading + share * (self.beside.heading - heading))
+            found = actuated.solve(score.actuation, near)
             if found.residuals[0] > GOAL:
                 return score
             near = found.z[0]
@@ -212,10 +212,10 @@ class Objective:
 
     def active(self, score: Score) -> tuple[str, ...]:
         """Name the constraints that bind: those that are violated, and those that all but are."""
-        trial, pairs = self.trial, self.trial.system.animal.pairs
+        actuated, pairs = self.actuated, self.actuated.system.animal.pairs
         if score.unknowns is None:
             return ()
-        seen = trial.look(Candidate(score.actuation, score.unknowns).point, "ends")
+        seen = actuated.measure(Candidate(score.actuation, score.unknowns).point, "ends")
         excess = self.constraints.excess(score.actuation, score.unknowns[1:], seen.angles[0], signed=False)
         near = np.argwhere(-CLOSE[:, None] < excess.T).tolist()
         names = [f"{pairs[pair]}: {self.constraints.words(LIMITS[rule])}" for rule, pair in near]
@@ -225,26 +225,27 @@ class Objective:
         """Whether there is no fixed point any more a little further than there has to be one."""
         if score.beside is None:
             return True
-        heading = self.trial.heading
-        further = self.trial.beside(heading + 1.02 * (self.beside.heading - heading))
+        heading = self.actuated.heading
+        further = self.actuated.beside(heading + 1.02 * (self.beside.heading - heading))
         return bool(further.solve(score.actuation, score.beside).residuals[0] > GOAL)
 
     def eigenvalue(self, score: Score) -> float:
         """Largest eigenvalue magnitude of a stride at a score's gait, whatever the goal; infinite if there is none."""
         if score.unknowns is None:
             return math.inf
-        seen = self.trial.look(Candidate(score.actuation, score.unknowns).point, self.of)
+        seen = self.actuated.measure(Candidate(score.actuation, score.unknowns).point, self.of)
         return largest_magnitude(seen.jacobians[0]) ** (1 if self.of == "reduced" else 2)
 
     def candidate(self, gait: Gait) -> Candidate:
         """Return a gait as a candidate."""
-        return Candidate(np.array(gait.actuation) / self.trial.lengths, self.trial.problem.z_of(gait))
+        return Candidate(np.array(gait.actuation) / self.actuated.lengths, self.actuated.problem.z_of(gait))
 
     def gait(self, score: Score) -> Gait | None:
         """Return the gait that a score is about, refined and verified; None if it proves to be none."""
         if score.unknowns is None:
             return None
-        trial = self.trial
-        system, magnitudes = trial.system, score.actuation * trial.lengths
-        gait = refined(tuned(system.animal, system.slope, trial.heading, trial.family, magnitudes), score.unknowns)
+        actuated = self.actuated
+        system, magnitudes = actuated.system, score.actuation * actuated.lengths
+        problem = tuned(system.animal, system.slope, actuated.heading, actuated.family, magnitudes)
+        gait = refined(problem, score.unknowns)
         return gait if gait is not None and gait.invalid() is None else None

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
+from legspring.actuated import GOAL, Map, pair_lengths
 from legspring.checks import LARGEST_SEED, checked_choice, checked_grid, checked_whole, checked_workers
 from legspring.constraints import Constraint, Constraints, named_constraints
 from legspring.files import code_stamp
@@ -42,7 +43,6 @@ from legspring.optimisation import (
 from legspring.parallel import Processes, processes
 from legspring.progress import progress_bar
 from legspring.sweep import HEADINGS, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
-from legspring.trial import GOAL, Map, pair_lengths
 
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
@@ -119,7 +119,7 @@ def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
     if ends and is_as_good_as_can_be(objective, ends[0]):
         return list(ends)
     actuations, unknowns = (np.array(rows) for rows in list(zip(*starts, strict=True))[:2])
-    solved = objective.trial.solve(actuations, unknowns)
+    solved = objective.actuated.solve(actuations, unknowns)
     near = [s._replace(unknowns=z) for s, z, r in zip(starts, solved.z, solved.residuals, strict=True) if r <= GOAL]
     # Where the neighbour's actuation leads to no gait, its gait may still be near one with another actuation.
     news: list[Candidate] = []

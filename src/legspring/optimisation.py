@@ -1,8 +1,8 @@
 """The actuation that makes gaits most stable or most efficient.
 
 The method looks all over the range of actuations for gaits (`scan`), polishes the best of them, constraints as
-constraints (`legspring.optimum.Programme`), and takes the least actuation among those that are as good (`settle`): the
-minimum is often not unique. Other methods are looked up by their names (`METHODS`).
+constraints (`legspring.programme.Programme`), and takes the least actuation among those that are as good (`settle`):
+the minimum is often not unique. Other methods are looked up by their names (`METHODS`).
 """
 
 import math
@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
+from legspring.actuated import Map, pair_lengths
 from legspring.checks import LARGEST_SEED, checked_choice, checked_slope, checked_whole
 from legspring.constraints import Constraints
 from legspring.gait import Gait
@@ -24,10 +25,9 @@ from legspring.kernel import newton
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.objective import Candidate, Goal, Objective, Score
-from legspring.optimum import ITERATIONS, LATEST_OF_ALL, Programme
 from legspring.problem import NARROW
+from legspring.programme import ITERATIONS, LATEST_OF_ALL, Programme
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL
-from legspring.trial import Map, pair_lengths
 
 Method = Literal["default", "nelder-mead"]
 METHODS: dict[Method, tuple[str, str]] = {
@@ -199,7 +199,8 @@ def search(objective: Objective, seed: int) -> Optimum | None:
 
 def from_around(objective: Objective, places: Sequence[tuple[float, float]], seed: int) -> list[End]:
     """Search from the optima of places around: gaits that are rare here may be found there, and followed from there."""
-    animal, slope, heading = objective.trial.system.animal, objective.trial.system.slope, objective.trial.heading
+    system, heading = objective.actuated.system, objective.actuated.heading
+    animal, slope = system.animal, system.slope
     ends: list[End] = []
     for change_deg, turn in places:
         try:
@@ -215,7 +216,7 @@ def from_around(objective: Objective, places: Sequence[tuple[float, float]], see
 
 def approached(objective: Objective, origin: Objective, candidate: Candidate) -> list[End]:
     """Search from an optimum of another place by way of what lies in between; return the ends, the best first."""
-    start, target = (np.array([o.trial.system.slope, o.trial.heading]) for o in (origin, objective))
+    start, target = (np.array([o.actuated.system.slope, o.actuated.heading]) for o in (origin, objective))
     count = max(FEWEST_STOPS, round(abs(float(target[0] - start[0])) / STOP_EVERY))
     for share in (np.arange(count) + 1.0) / count:
         halt = objective if share == 1.0 else objective.at(*(start + share * (target - start)).tolist())
@@ -283,19 +284,22 @@ def scan(objective: Objective, seed: int = 0, nodes: int = NODES) -> list[Candid
 
     What is found at one actuation is continued to those around it, until nothing new turns up.
     """
-    trial, (least, most) = objective.trial, objective.constraints.actuation
-    problem, sobol = trial.problem, qmc.Sobol(len(trial.lengths) + STARTS_AT_NODE * trial.problem.size, rng=seed)
+    actuated, (least, most) = objective.actuated, objective.constraints.actuation
+    problem, sobol = (
+        actuated.problem,
+        qmc.Sobol(len(actuated.lengths) + STARTS_AT_NODE * actuated.problem.size, rng=seed),
+    )
     points = sobol.random(nodes)
-    grid = least + (most - least) * points[:, : len(trial.lengths)]
+    grid = least + (most - least) * points[:, : len(actuated.lengths)]
     slow, fast = NARROW["speed"]
-    low = np.array([slow, *np.full(len(trial.lengths), -START_PHASE)])
-    high = np.array([fast, *np.full(len(trial.lengths), START_PHASE)])
-    starts = low + (high - low) * points[:, len(trial.lengths) :].reshape(-1, problem.size)
+    low = np.array([slow, *np.full(len(actuated.lengths), -START_PHASE)])
+    high = np.array([fast, *np.full(len(actuated.lengths), START_PHASE)])
+    starts = low + (high - low) * points[:, len(actuated.lengths) :].reshape(-1, problem.size)
     near = cKDTree(grid).query(grid, NEIGHBOURS + 1)[1][:, 1:]
     found: list[list[Floats]] = [[] for _ in grid]
     where = np.repeat(np.arange(nodes), STARTS_AT_NODE)
     while len(where):
-        solved = trial.solve(grid[where], starts, ROUGH_ACCURACY, ROUGH_GOAL)
+        solved = actuated.solve(grid[where], starts, ROUGH_ACCURACY, ROUGH_GOAL)
         fresh = []
         for node, z, ending in zip(where.tolist(), solved.z, solved.endings, strict=True):
             sensible = ending == newton.CONVERGED and bool(np.all(np.abs(z[1:]) < LATEST_OF_ALL))

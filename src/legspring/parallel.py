@@ -1,7 +1,7 @@
-"""Work shared among processes.
+"""Work shared among threads, for what runs without Python's lock, or among processes.
 
-Each is a Python of its own that waits for work at its standard input and ends when that closes: with the program that
-started it, however that ended, it leaves nothing behind. They are out of the terminal's reach, so that only their
+A process is a Python of its own that waits for work at its standard input and ends when that closes: with the program
+that started it, however that ended, it leaves nothing behind. They are out of the terminal's reach, so that only their
 program answers Ctrl-C. Unlike those of `multiprocessing` they do not run the user's script again.
 """
 
@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -22,11 +22,24 @@ from typing import Any, BinaryIO, TypeVar
 
 from legspring.leaving import leave, undone_by
 
+S = TypeVar("S")
 T = TypeVar("T")
 LOG = logging.getLogger("legspring")
 START = "import sys; sys.path[:] = {}; from legspring.parallel import serve; serve()"
 PATIENCE = 0.4
 """Seconds that a process has to end by itself."""
+
+
+def in_threads(
+    work: Callable[[S], T], items: Iterable[S], workers: int, tick: Callable[[int], None] = lambda _: None
+) -> list[T]:
+    """Return what a function returns for each of some items, in their order."""
+    results = []
+    with ThreadPoolExecutor(workers) as pool:
+        for result in pool.map(work, items):
+            results.append(result)
+            tick(1)
+    return results
 
 
 class Worker:

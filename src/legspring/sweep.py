@@ -2,29 +2,26 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any, TypeVar
+from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-import legspring
 from legspring.checks import MOST_STARTS, checked_grid, checked_vector, checked_whole, checked_workers
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped, measured
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
+from legspring.parallel import in_threads
 from legspring.problem import GaitProblem, check_tuned, tuned
 from legspring.progress import progress_bar
 from legspring.solve import number_branches, sort, starts_for, zeros
-
-T = TypeVar("T")
-R = TypeVar("R")
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
@@ -56,16 +53,6 @@ class Cell:
         return steps
 
 
-def _parallel(work: Callable[[T], R], items: Iterable[T], workers: int, tick: Callable[[int], None]) -> list[R]:
-    """Map over threads: the kernel runs without Python's lock."""
-    results = []
-    with ThreadPoolExecutor(workers) as pool:
-        for result in pool.map(work, items):
-            results.append(result)
-            tick(1)
-    return results
-
-
 def neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
     """Return the places around one, some of which may be off the grid."""
     row, column = place
@@ -86,7 +73,7 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
             cell.fresh = cell.zeros[:0]
         if not tasks:
             return steps
-        steps += sum(_parallel(lambda task: task[0].search(task[1]), tasks, workers, lambda _: None))
+        steps += sum(in_threads(lambda task: task[0].search(task[1]), tasks, workers))
 
 
 def find_all(
@@ -119,11 +106,11 @@ def find_all(
                 for row, column in places
             }
             effort["starts"] += starts * len(cells)
-            points = _parallel(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
+            points = in_threads(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
             effort["steps"] += sum(points) + _spread(cells, workers)
             for cell, (gaits, rejections) in zip(
                 cells.values(),
-                _parallel(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick),
+                in_threads(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick),
                 strict=True,
             ):
                 found[cell.place] += gaits
@@ -186,7 +173,7 @@ def atlas(
         return measured(mapped(animal), gait) | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
 
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
-        all_values = _parallel(lambda item: values(item[1]), gaits, workers, tick)
+        all_values = in_threads(lambda item: values(item[1]), gaits, workers, tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
     coords = coordinates(animal, slopes_deg, headings)
     coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
@@ -243,7 +230,7 @@ def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
         "title": f"Gaits of {animal.name} over slope and heading",
         "animal": animal.name,
         "parameters": json.dumps(animal.model_dump(mode="json")),
-        "source": f"legspring {legspring.__version__}",
+        "source": f"legspring {version('legspring')}",
         "references": animal.source,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
     } | ({"search": ", ".join(f"{count} {what}" for what, count in effort.items())} if effort else {})

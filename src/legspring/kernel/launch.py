@@ -4,10 +4,10 @@ import math
 
 import numba
 
+from legspring.kernel.contact import FIRST_STEP, aim, clear, copy, moves, put_down, raise_leg
 from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.length import delay_law, law, phase_at
 from legspring.kernel.motion import measure_gaps
-from legspring.kernel.stride import FIRST_STEP, aim, clear, copy, moves, put_down, raise_leg
 from legspring.kernel.walker import (
     ACTUATION,
     ALL_PLAIN,

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from legspring.kernel.contact import copy, fill
 from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.measure import write_work
 from legspring.kernel.pack import MASS, STEP_DURATION, pack
-from legspring.kernel.stride import LONGEST_STEP, advance, copy, fill
+from legspring.kernel.stride import LONGEST_STEP, advance
 from legspring.kernel.walker import (
     DOWN,
     DX,

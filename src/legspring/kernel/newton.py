@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from legspring.kernel.contact import copy
 from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.many import N_SEEN, observe, take_step
 from legspring.kernel.pack import pack
-from legspring.kernel.stride import copy
 from legspring.kernel.walker import EVALUATIONS, N_START, OK, Floats, Ints, Tape, Walker, new_tape
 
 CONVERGED, STALLED, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4

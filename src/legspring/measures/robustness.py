@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from legspring.checks import checked_number
 from legspring.flow import REASONS, flow, flows
 from legspring.kernel.many import Ends
-from legspring.kernel.walker import VX, VY, YAW, Floats
+from legspring.kernel.walker import Floats
 from legspring.layout import System
 
 BEGIN = 1.0 / 8.0
@@ -140,9 +140,9 @@ def distances(system: System, states: NDArray[np.float64]) -> NDArray[np.float64
 
     Where all directions are alike, there is none to come back to: the velocity is that seen from the body.
     """
-    velocity = states[:, [VX, VY]].copy()
+    velocity = states[:, 2:4].copy()
     if system.isotropic:
-        cosine, sine = np.cos(states[:, YAW]), np.sin(states[:, YAW])
+        cosine, sine = np.cos(states[:, 4]), np.sin(states[:, 4])
         velocity = np.column_stack(
             [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
         )

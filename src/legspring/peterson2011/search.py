@@ -38,7 +38,7 @@ def nelder_mead(objective: Objective, start: Candidate) -> End:
 
     Every evaluation searches for its gait from that of the best one so far.
     """
-    lengths, (actuation, near, _) = objective.trial.lengths, start
+    lengths, (actuation, near, _) = objective.actuated.lengths, start
     best = objective(actuation, near)
 
     def total(magnitudes: Floats) -> float:

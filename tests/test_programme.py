@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait
+from legspring.actuated import Map
 from legspring.kernel.circle import characteristic, inside
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
-from legspring.optimum import Programme, steps_taken
-from legspring.trial import Map
+from legspring.programme import Programme, steps_taken
 from tests.conftest import Cells
 
 RANDOM = np.random.default_rng(7).normal
@@ -98,8 +98,8 @@ def test_steps_taken_are_all_that_newton_takes() -> None:
 def programme_near(gait: Gait, goal: Goal, of: Map) -> tuple[Programme, Floats]:
     """Return a programme, and variables near a gait, but not at it."""
     objective = Objective(gait.animal, gait.slope, gait.heading, gait.family, goal, of)
-    programme, z = Programme(objective), objective.trial.problem.z_of(gait)
-    x = programme.start(gait.actuation / objective.trial.lengths * [1.01, 0.99, 1.0], z, z + 0.01)
+    programme, z = Programme(objective), objective.actuated.problem.z_of(gait)
+    x = programme.start(gait.actuation / objective.actuated.lengths * [1.01, 0.99, 1.0], z, z + 0.01)
     assert 1e-3 < np.abs(programme.equations(x)).max() < 0.1
     return programme, x
 
@@ -187,7 +187,7 @@ def test_a_gait_within_all_constraints_starts_at_its_measure(thesis_map: Cells) 
     ):
         objective = Objective(gait.animal, gait.slope, gait.heading, gait.family, goal, of)  # type: ignore[arg-type]
         programme = Programme(objective)
-        x = programme.start(gait.actuation / objective.trial.lengths, objective.trial.problem.z_of(gait))
+        x = programme.start(gait.actuation / objective.actuated.lengths, objective.actuated.problem.z_of(gait))
         assert x[programme.t] == pytest.approx(value, abs=1e-7)
         assert x[programme.slack] == pytest.approx(0.0)
 

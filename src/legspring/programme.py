@@ -92,10 +92,10 @@ class Programme:
 
     def __init__(self, objective: Objective, limit: float | None = None) -> None:
         self.objective, self.limit = objective, limit
-        self.constraints, heading = objective.constraints, objective.trial.heading
+        self.constraints, heading = objective.constraints, objective.actuated.heading
         # A little beyond what is asked for, so that a fold is kept clear of.
-        self.further = objective.trial.beside(heading + CLEARANCE * (objective.beside.heading - heading))
-        p = self.pairs = len(objective.trial.lengths)
+        self.further = objective.actuated.beside(heading + CLEARANCE * (objective.beside.heading - heading))
+        p = self.pairs = len(objective.actuated.lengths)
         m = 1 + p
         self.u, self.z, self.beside = slice(0, p), slice(p, p + m), slice(p + m, p + 2 * m)
         self.t, self.slack, self.size = p + 2 * m, slice(p + 2 * m + 1, 4 * p + 2 * m + 1), 4 * p + 2 * m + 1
@@ -114,13 +114,13 @@ class Programme:
 
     def measure(self, points: Floats) -> tuple[Floats, Floats]:
         """Angles (deg), and costs or characteristic polynomials of the map, at ``(N, P + n)``; nan where undefined."""
-        trial, objective = self.objective.trial, self.objective
+        actuated, objective = self.objective.actuated, self.objective
         measures = []
         if objective.goal == "efficiency":
-            seen = trial.look(points, "cost")
+            seen = actuated.measure(points, "cost")
             measures.append(seen.cost[:, None])
         if objective.goal == "stability" or self.limit is not None:
-            seen = trial.look(points, objective.of)
+            seen = actuated.measure(points, objective.of)
             measures.append(characteristic(seen.jacobians))
         return seen.angles.reshape(len(points), -1), np.hstack(measures)
 
@@ -148,7 +148,7 @@ class Programme:
 
     def _evaluate(self, x: Floats) -> Point | None:
         u, z = x[self.u], x[self.z]
-        here = self.objective.trial.conditions(u, z)
+        here = self.objective.actuated.conditions(u, z)
         beside = self.further.conditions(u, x[self.beside])
         angles, measure = self.measure(x[None, : self.z.stop])
         if here is None or beside is None or np.any(np.isnan(measure)):

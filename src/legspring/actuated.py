@@ -31,7 +31,7 @@ STATES: dict[What, tuple[str, ...]] = {
 """State that the map of a stride, or of a step, maps."""
 
 
-class Look(NamedTuple):
+class Measured(NamedTuple):
     """What a stride from each of N candidates shows; nan where it cannot be simulated.
 
     Attributes
@@ -55,7 +55,7 @@ class Look(NamedTuple):
     jacobians: Floats
 
 
-class Trial:
+class Actuated:
     """One family at one slope and heading, with its actuation free.
 
     An actuation is an array of one number for each pair of legs, in units of their nominal lengths; the unknowns z of a
@@ -88,9 +88,9 @@ class Trial:
         names = [f"{pair}.actuation" for pair in system.animal.pairs]
         self._along = [problem.direction(name) * unit for name, unit in zip(names, self.lengths, strict=True)]
 
-    def beside(self, heading: float) -> "Trial":
+    def beside(self, heading: float) -> "Actuated":
         """Return the same at another heading."""
-        other = object.__new__(Trial)
+        other = object.__new__(Actuated)
         other._use(self.problem.at(heading=heading))
         return other
 
@@ -111,7 +111,7 @@ class Trial:
         pairs = len(self.lengths)
         return None if np.isnan(values[0, 0]) else (values[0], np.roll(by[0], pairs, axis=1))
 
-    def look(self, candidates: Floats, what: What) -> Look:
+    def measure(self, candidates: Floats, what: What) -> Measured:
         """Simulate a stride from candidates, ``(N, P + n)``."""
         points, pairs, system = np.atleast_2d(candidates), len(self.lengths), self.system
         p = self.problem.points(points[:, pairs:], self.base(points[:, :pairs]))
@@ -136,7 +136,7 @@ class Trial:
         late = time[:, system.pair[old]] > system.step_duration
         is_gait &= np.all(late == (ends.down[:, old] != 0.0), axis=1)
         angles = np.where(fine[:, None, None], self._angles(points, time, rate), np.nan)
-        return Look(angles, is_gait, cost, jacobians)
+        return Measured(angles, is_gait, cost, jacobians)
 
     def _state_directions(self, names: tuple[str, ...]) -> list[Floats]:
         return [self.system.direction(name) * self.problem.unit(name) for name in names]

@@ -6,43 +6,43 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait, search_gaits
+from legspring.actuated import GOAL, Actuated
 from legspring.gait import Invalid
 from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT
 from legspring.measures.stability import multipliers
 from legspring.returnmap import complete_map, reduced_map
-from legspring.trial import GOAL, Trial
 from tests.conftest import Cells
 
 Z = np.array([1.03, 0.2, 0.1, -0.6])
 U = np.array([0.55, 0.45, 0.5])
 
 
-def seen_from(gait: Gait) -> tuple[Trial, Floats]:
-    """Return the trial of a gait's family and cell, and the gait as a candidate."""
-    trial = Trial(gait.animal, gait.slope, gait.heading, gait.family)
-    return trial, np.concatenate([gait.actuation / trial.lengths, trial.problem.z_of(gait)])
+def seen_from(gait: Gait) -> tuple[Actuated, Floats]:
+    """Return the actuated of a gait's family and cell, and the gait as a candidate."""
+    actuated = Actuated(gait.animal, gait.slope, gait.heading, gait.family)
+    return actuated, np.concatenate([gait.actuation / actuated.lengths, actuated.problem.z_of(gait)])
 
 
 @pytest.fixture
-def trial(roach: Animal) -> Trial:
-    return Trial(roach, math.radians(60), 0.15, "B")
+def actuated(roach: Animal) -> Actuated:
+    return Actuated(roach, math.radians(60), 0.15, "B")
 
 
-def test_derivatives_of_the_conditions(trial: Trial) -> None:
-    here = trial.conditions(U, Z)
+def test_derivatives_of_the_conditions(actuated: Actuated) -> None:
+    here = actuated.conditions(U, Z)
     assert here is not None
     x, h = np.concatenate([U, Z]), 1e-5
     for column, step in enumerate(h * np.eye(7)):
-        ahead, behind = (trial.conditions(*np.split(x + change, [3])) for change in (step, -step))
+        ahead, behind = (actuated.conditions(*np.split(x + change, [3])) for change in (step, -step))
         assert ahead is not None and behind is not None
         assert here[1][:, column] == pytest.approx((ahead[0] - behind[0]) / (2.0 * h), rel=1e-5, abs=1e-6)
 
 
-def test_conditions_are_those_that_a_problem_solves(trial: Trial) -> None:
-    found = trial.solve(np.array([U, [0.9, 0.2, 0.7]]), np.array([Z, Z]))
+def test_conditions_are_those_that_a_problem_solves(actuated: Actuated) -> None:
+    found = actuated.solve(np.array([U, [0.9, 0.2, 0.7]]), np.array([Z, Z]))
     for ratio, z, residual, squares in zip((U, [0.9, 0.2, 0.7]), found.z, found.residuals, found.squares, strict=True):
-        there = trial.conditions(np.array(ratio), z)
+        there = actuated.conditions(np.array(ratio), z)
         assert there is not None
         assert np.max(np.abs(there[0])) == pytest.approx(residual, rel=1e-6, abs=1e-12)
         assert np.sum(there[0] ** 2) == pytest.approx(squares, rel=1e-6, abs=1e-12)
@@ -51,9 +51,9 @@ def test_conditions_are_those_that_a_problem_solves(trial: Trial) -> None:
 
 
 def test_what_cannot_be_simulated_has_no_conditions(roach: Animal) -> None:
-    trial = Trial(roach.replace(stiffness=1e9), 0.0, 0.15, "A")
-    assert trial.conditions(U, Z) is None
-    seen = trial.look(np.concatenate([U, Z]), "complete")
+    actuated = Actuated(roach.replace(stiffness=1e9), 0.0, 0.15, "A")
+    assert actuated.conditions(U, Z) is None
+    seen = actuated.measure(np.concatenate([U, Z]), "complete")
     assert not seen.is_gait[0]
     assert np.all(np.isnan(seen.jacobians)) and np.all(np.isnan(seen.angles[:, :, 1]))
 
@@ -61,14 +61,14 @@ def test_what_cannot_be_simulated_has_no_conditions(roach: Animal) -> None:
 @pytest.mark.parametrize("cell", [(0, 0.2), (15, 0.3), (75, 0.15)])
 def test_jacobians_are_those_of_the_return_maps(thesis_map: Cells, cell: tuple[float, float]) -> None:
     for gait in thesis_map[cell]:
-        trial, candidate = seen_from(gait)
+        actuated, candidate = seen_from(gait)
         speed, length = gait.system.desired_speed, gait.system.step_length
         for which, what, units in (
             (reduced_map, "reduced", [speed, 1.0]),
             (complete_map, "complete", [speed, 1.0, length, length]),
         ):
             _, jacobian = which(gait.system, gait.point, accuracy=TIGHT)
-            seen = trial.look(candidate, what).jacobians[0]  # type: ignore[arg-type]
+            seen = actuated.measure(candidate, what).jacobians[0]  # type: ignore[arg-type]
             assert seen == pytest.approx(jacobian * np.array(units) / np.array(units)[:, None], abs=1e-7)
         assert np.abs(multipliers(seen)) == pytest.approx(np.abs(gait.multipliers), abs=1e-6)
 
@@ -76,10 +76,10 @@ def test_jacobians_are_those_of_the_return_maps(thesis_map: Cells, cell: tuple[f
 def test_costs_angles_and_liftoffs_are_those_of_gaits(thesis_map: Cells) -> None:
     for cell in ((5, 0.15), (20, 0.3), (90, 0.45)):
         for gait in thesis_map[cell]:
-            trial, candidate = seen_from(gait)
-            assert trial.look(candidate, "cost").cost == pytest.approx([gait.transport_cost], abs=1e-8)
+            actuated, candidate = seen_from(gait)
+            assert actuated.measure(candidate, "cost").cost == pytest.approx([gait.transport_cost], abs=1e-8)
             # At lift-off the lengths are equal: the angle between them follows from their rates in the time series.
-            angles = trial.look(candidate, "ends").angles[0]
+            angles = actuated.measure(candidate, "ends").angles[0]
             assert angles[:, 1] == pytest.approx([liftoff_angle(gait, pair) for pair in range(3)], abs=0.05)
 
 
@@ -95,13 +95,13 @@ def liftoff_angle(gait: Gait, pair: int) -> float:
     return abs(math.degrees(math.atan(rates[0]) - math.atan(rates[1])))
 
 
-def test_many_candidates_are_looked_at_as_one_by_one(trial: Trial) -> None:
+def test_many_candidates_are_looked_at_as_one_by_one(actuated: Actuated) -> None:
     candidates = np.random.default_rng(2).uniform(
         [0.2] * 3 + [0.8] + [-1.0] * 3, [0.9] * 3 + [1.2] + [1.0] * 3, (20, 7)
     )
-    together = trial.look(candidates, "cost")
+    together = actuated.measure(candidates, "cost")
     for row, candidate in enumerate(candidates):
-        alone = trial.look(candidate, "cost")
+        alone = actuated.measure(candidate, "cost")
         for one, many in zip(alone, together, strict=True):
             np.testing.assert_array_equal(one[0], many[row])
 
@@ -109,37 +109,37 @@ def test_many_candidates_are_looked_at_as_one_by_one(trial: Trial) -> None:
 def test_valid_gaits_are_gaits(thesis_map: Cells) -> None:
     for gaits in thesis_map.values():
         for gait in gaits:
-            trial, candidate = seen_from(gait)
-            assert trial.look(candidate, "ends").is_gait[0]
+            actuated, candidate = seen_from(gait)
+            assert actuated.measure(candidate, "ends").is_gait[0]
 
 
 def test_rejected_solutions_are_none(roach: Animal) -> None:
     reasons = set()
     for slope_deg, heading in ((0, 0.15), (20, 0.05), (45, 0.15), (60, 0.3), (80, 0.4)):
         for rejection in search_gaits(roach, slope_deg=slope_deg, heading=heading).rejections:
-            trial, candidate = seen_from(rejection.solution)
+            actuated, candidate = seen_from(rejection.solution)
             if rejection.reason != Invalid.IDLE:
-                assert not trial.look(candidate, "ends").is_gait[0], str(rejection)
+                assert not actuated.measure(candidate, "ends").is_gait[0], str(rejection)
                 reasons.add(rejection.reason)
     assert Invalid.WRONG_SIGN in reasons
 
 
-def test_strides_that_do_not_close_are_judged_alike(trial: Trial) -> None:
+def test_strides_that_do_not_close_are_judged_alike(actuated: Actuated) -> None:
     """Whether they close or not: is_gait says what Gait.invalid says, but for idle legs."""
     low, high = [0.2, 0.2, 0.2, 0.8, -1.8, -1.8, -1.8], [0.9, 0.9, 0.9, 1.2, 1.8, 1.8, 1.8]
     candidates = np.random.default_rng(3).uniform(low, high, (200, 7))
-    verdicts = trial.look(candidates, "ends").is_gait
+    verdicts = actuated.measure(candidates, "ends").is_gait
     reasons = set()
     for candidate, verdict in zip(candidates, verdicts, strict=True):
-        system = trial.system
+        system = actuated.system
         stride = Gait(
             animal=system.animal,
             slope=system.slope,
-            heading=trial.heading,
-            family=trial.family,
+            heading=actuated.heading,
+            family=actuated.family,
             speed=candidate[3] * system.desired_speed,
             phase=tuple(candidate[4:]),
-            actuation=tuple(candidate[:3] * trial.lengths),
+            actuation=tuple(candidate[:3] * actuated.lengths),
             residual=math.nan,
         )
         wrong = stride.invalid()
@@ -149,23 +149,23 @@ def test_strides_that_do_not_close_are_judged_alike(trial: Trial) -> None:
     assert {Invalid.DEPARTS, Invalid.NO_LIFTOFF, Invalid.WRONG_SIGN, Invalid.OLD_LEGS} <= reasons
 
 
-def test_beside_is_the_same_at_another_heading(trial: Trial) -> None:
-    other = trial.beside(0.2)
-    assert (other.heading, other.family, other.system) == (0.2, "B", trial.system)
-    here, there = trial.conditions(U, Z), other.conditions(U, Z)
+def test_beside_is_the_same_at_another_heading(actuated: Actuated) -> None:
+    other = actuated.beside(0.2)
+    assert (other.heading, other.family, other.system) == (0.2, "B", actuated.system)
+    here, there = actuated.conditions(U, Z), other.conditions(U, Z)
     assert here is not None and there is not None
     assert there[0][1] != pytest.approx(here[0][1], abs=1e-3)
 
 
 def test_bodies_that_yaw_are_refused(roach: Animal) -> None:
     with pytest.raises(ValueError, match="yaw held"):
-        Trial(roach.replace(yaw="free", inertia=2.04e-7), 0.5, 0.15, "B")
+        Actuated(roach.replace(yaw="free", inertia=2.04e-7), 0.5, 0.15, "B")
     with pytest.raises(ValueError, match="heading = 2"):
-        Trial(roach, 0.5, 2.0, "B")
+        Actuated(roach, 0.5, 2.0, "B")
 
 
 @pytest.mark.parametrize("change", [{"length_law": "l0 - ldev*sin(pi*t + phi)"}, {"damping": 0.01}, {"stance": 0.8}])
 def test_legs_with_other_rules_are_refused(roach: Animal, change: dict[str, object]) -> None:
     """The constraints of Table 3.1 are about the sinusoid and zero force."""
     with pytest.raises(ValueError, match="must have legs without length_law, stance and damping"):
-        Trial(roach.replace(**change), 0.5, 0.15, "B")
+        Actuated(roach.replace(**change), 0.5, 0.15, "B")
