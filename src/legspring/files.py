@@ -195,6 +195,6 @@ SAVERS = {".nc": save_netcdf, ".csv": save_csv, ".mat": save_mat}
 
 def code_stamp() -> str:
     """Return what identifies this version of the package: results of another one are not to be mixed with its own."""
-    sources = sorted(Path(legspring.__file__).parent.rglob("*.py"))
+    sources = sorted(Path(__file__).parent.rglob("*.py"))
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
     return f"{version('legspring')} {digest[:16]}"
