@@ -217,3 +217,13 @@ def test_a_limping_animal_is_simulated_but_its_gaits_are_not_looked_for(roach: A
     assert np.max(np.abs(one - other)) > 1e-4
     with pytest.raises(ValueError, match=r"pair 'F' .*mirror images"):
         ls.find_gaits(limping, slope_deg=45, heading=0.15)
+
+
+@pytest.mark.parametrize("preset", PRESETS)
+def test_an_animal_with_its_own_numbers_stays_as_it_is(preset: str) -> None:
+    animal = load_animal(preset)
+    for one in ls.parameters(animal, slope_deg=SLOPES.get(preset, animal.speed_law.domain_deg[0])):
+        # A phase that is not given, because nothing depends on it, counts as 0.
+        laws = ("slope", "slope_deg", "desired_speed", "step_duration")
+        if math.isfinite(one.value) and one.name not in laws and not one.name.endswith(".phase"):
+            assert animal.replace(**{one.name: one.value}) == animal, one

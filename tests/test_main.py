@@ -91,8 +91,9 @@ def test_a_signal_ends_everything(number: signal.Signals, way: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("seconds", [0.3, 0.6, 1.2, 2.0])
-def test_also_while_it_is_loading(seconds: float) -> None:
-    program = start("-m", "legspring", "gaits", "cockroach", *HERE)
+def test_also_while_it_is_loading(seconds: float, tmp_path: Path) -> None:
+    """And just after that: of a command that takes long, however fast the machine is."""
+    program = start("-m", "legspring", "atlas", "cockroach", "--out", str(tmp_path / "a.nc"), "--slopes", "0:90:0.1")
     time.sleep(seconds)
     assert ended(program, signal.SIGTERM) in ("", "legspring: compiling (about half a minute, once) ...\n")
 

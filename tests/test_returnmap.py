@@ -9,6 +9,7 @@ import pytest
 from legspring import Animal, find_gaits, load_animal
 from legspring.flow import IntegrationError, flow, flows
 from legspring.kernel.many import many, new_ends
+from legspring.kernel.measure import leg_work
 from legspring.kernel.walker import NO_TOUCHDOWN, OK, TAPE_FULL, TOUCHDOWN, new_tape, new_walker
 from legspring.layout import TIGHT, System, slope_for
 from legspring.returnmap import complete_map, reduced_map
@@ -185,3 +186,53 @@ def test_a_body_that_falls_to_the_ground_says_so(speed: float, heading: float) -
     system = System(animal, math.pi / 2, "P")
     with pytest.raises(IntegrationError, match="the body falls to the ground"):
         flow(system, system.point(speed=speed, heading=heading), steps=3)
+
+
+# Many at once ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["cockroach", "climbing_template", "lateral_leg_spring", "cockroach_rigid"])
+def test_many_are_as_each_alone(name: str) -> None:
+    animal = load_animal(name)
+    slope = slope_for(animal, None, None if animal.speed_law.domain_deg[0] == animal.speed_law.domain_deg[1] else 50.0)
+    system, rng = System(animal, slope, next(iter(animal.families))), np.random.default_rng(2)
+    start: dict[str, Any] = {"speed": system.desired_speed, "heading": 0.1}
+    points = np.repeat(system.point(0.3, **start)[None], 7, axis=0)
+    points[:, :2] *= rng.uniform(0.9, 1.1, (7, 2))
+    names = ["speed", "heading", "mass"]
+    for workers in (1, 3):
+        ends = flows(system, points, steps=2, along=names, liftoffs=True, work=True, workers=workers)
+        for row, p in enumerate(points):
+            run = flow(system, p, steps=2, along=names, record=True)
+            np.testing.assert_array_equal(ends.seen[row], run.seen)
+            np.testing.assert_array_equal(ends.states[row], run.states)
+            np.testing.assert_array_equal(ends.times[row], run.times)
+            np.testing.assert_array_equal(ends.down[row] != 0.0, run.down_at_start)
+            work = leg_work(run.tape, 0.0, run.step_ends[1]) * animal.body.mass / run.unit**2
+            np.testing.assert_allclose(ends.work[row], work, rtol=1e-12, atol=1e-18)
+            for leg in range(len(animal.legs)):
+                events = run.events
+                mine = (events.leg == leg) & events.lifts & (events.time > 0.0) & (events.time < run.times[-1])
+                first = np.flatnonzero(mine)
+                expected = [events.time[first[0]], events.rate[first[0]]] if len(first) else [np.nan, np.nan]
+                np.testing.assert_allclose(ends.liftoffs[row, leg], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_many_go_on_where_one_fails(roach: Animal) -> None:
+    system = System(roach, math.radians(45), "B")
+    points = np.repeat(system.point(PHASE, **START)[None], 5, axis=0)
+    points[2, system.along(["stiffness"])[0] > 0.0] = 1e15
+    ends = flows(system, points, steps=3, workers=2)
+    assert (ends.status == OK).tolist() == [True, True, False, True, True]
+    assert np.all(np.isnan(ends.seen[2])) and np.isnan(ends.times[2, -1])
+    assert np.all(np.isfinite(ends.seen[[0, 1, 3, 4]]))
+
+
+def test_each_has_its_own_push(roach: Animal) -> None:
+    system = System(roach, math.radians(45), "B")
+    points = np.repeat(system.point(PHASE, **START)[None], 3, axis=0)
+    pushes = np.array([[[0.1, size, 0.0], [0.2, 0.0, 0.0]] for size in (0.0, 0.05, -0.05)])
+    ends = flows(system, points, steps=2, pushes=pushes)
+    for row, push in enumerate(pushes):
+        np.testing.assert_array_equal(ends.states[row], flow(system, points[row], steps=2, push=push).states)
+    assert ends.states[1, -1, 0] > ends.states[0, -1, 0] > ends.states[2, -1, 0]

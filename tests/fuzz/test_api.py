@@ -13,6 +13,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import legspring as ls
+from legspring.layout import System
 from tests.fuzz.trying import OUTCOMES, examples, odd, refused
 
 LONGEST = 120.0
@@ -52,6 +53,11 @@ def animals(draw: st.DrawFn) -> ls.Animal:
                 "speed_law": animal.speed_law.vertical, "step_law": 0.05,
             }[name]  # fmt: skip
             changes[name] = usual * FACTORS[name] ** draw(st.floats(-1.0, 1.0))
+    # A number of one pair or one leg, after which the animal may limp.
+    for owner in draw(st.lists(st.sampled_from([*animal.pairs, *(leg.name for leg in animal.legs)]), max_size=1)):
+        number, factor = draw(st.sampled_from(["stiffness", "length", "angle", "offset"])), draw(st.floats(0.5, 1.5))
+        here = getattr(animal.legs[animal.legs_named(owner)[0]], number)
+        changes[f"{owner}.{number}"] = here * factor
     try:
         return animal.replace(**changes)
     except ls.ModelError as error:
@@ -153,6 +159,23 @@ def test_simulations(given: tuple[ls.Animal, dict[str, Any]]) -> None:
     run = tried("simulate", lambda: ls.simulate(animal, **arguments))
     if run is not None:
         check_run(run)
+
+
+@examples(in_ci=60, share=0.03)
+@given(given=st.data())
+def test_parameters(given: st.DataObject) -> None:
+    """What is listed has a direction, and an animal that is given its own numbers stays as it is."""
+    animal = given.draw(animals())
+    where = spoilt(given.draw, {"slope_deg": given.draw(st.floats(-90.0, 90.0)), "family": None})
+    found = tried("parameters", lambda: ls.parameters(animal, **where))
+    for one in found or ():
+        assert one.unit and one.words and not math.isinf(one.value)
+        if "." in one.name and math.isfinite(one.value) and not one.name.endswith(".phase"):
+            assert animal.replace(**{one.name: one.value}) == animal, one
+    if found:
+        system = System(animal, next(p.value for p in found if p.name == "slope"), next(iter(animal.families)))
+        for one in found:
+            assert np.any(system.direction(one.name)) and np.all(np.isfinite(system.direction(one.name)))
 
 
 @st.composite

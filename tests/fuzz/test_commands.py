@@ -75,6 +75,7 @@ VALUES: dict[str, list[str]] = {
 }  # fmt: skip
 OPTIONS = {
     "presets": ["--json", "--figure"],
+    "parameters": ["--family", "--json"],
     "gaits": ["--family", "--actuation", "--json", "--figure", "--footfalls"],
     "simulate": [
         *("--branch", "--family", "--speed", "--phase", "--actuation", "--strides", "--out", "--json"),

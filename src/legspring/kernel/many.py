@@ -191,7 +191,7 @@ def many(
         if status != OK:
             continue
         observe(w, p[row], along, out.seen[row])
-        note_liftoffs(tape, time, out.times[row, step] / time, out.liftoffs[row])
+        note_liftoffs(tape, time, w.clock[TIME], out.liftoffs[row])
         if work:
             write_work(tape, 0.0, out.times[row, 1] / time, w.room, out.work[row])
             for i in range(w.legs.shape[0]):
