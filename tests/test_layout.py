@@ -52,7 +52,8 @@ def end_of(gait: ls.Gait, p: Array) -> Callable[[str, float], Array]:
                 phase[legs[leg]] += change
         else:
             owner, _, quantity = name.rpartition(".")
-            first = min(animal.legs_named(owner), key=lambda i: animal.legs[i].offset)
+            named = animal.legs_named(owner) if owner else animal.first_legs
+            first = min(named, key=lambda i: animal.legs[i].offset)
             animal = animal.replace(**{name: system.values[system.place(first, quantity)] + change})
         return states_of(animal, slope, gait.family, start, phase, gait.system.steps_per_stride)[-1]
 
@@ -123,6 +124,9 @@ def test_a_list_of_what_can_vary(roach: Animal) -> None:
     # Phases are found, and the start is what a gait has.
     assert all(math.isnan(found[name].value) for name in ("F.phase", "BR.phase", "speed", "Dy"))
     assert not {"yaw", "turn", "inertia", "F.stance"} & set(found)
+    # What all legs have alike.
+    assert (found["stiffness"].value, found["damping"].value) == (1.5, 0.0)
+    assert not {"length", "angle", "phase"} & set(found)
     assert all(p.unit and p.words for p in found.values())
 
 
@@ -225,5 +229,5 @@ def test_an_animal_with_its_own_numbers_stays_as_it_is(preset: str) -> None:
     for one in ls.parameters(animal, slope_deg=SLOPES.get(preset, animal.speed_law.domain_deg[0])):
         # A phase that is not given, because nothing depends on it, counts as 0.
         laws = ("slope", "slope_deg", "desired_speed", "step_duration")
-        if math.isfinite(one.value) and one.name not in laws and not one.name.endswith(".phase"):
+        if math.isfinite(one.value) and one.name not in laws and not one.name.endswith("phase"):
             assert animal.replace(**{one.name: one.value}) == animal, one

@@ -382,6 +382,9 @@ class System:
         firsts = set(self.animal.first_legs) | ({legs[0]} if len(legs) == 1 else set())
         signs = {leg: 1.0 if leg in firsts or quantity not in MIRRORED else -1.0 for leg in legs}
         first, *others = (sign * self.values[self.place(leg, quantity)] for leg, sign in signs.items())
+        if quantity == "offset":
+            # The legs of a pair are a step apart.
+            first, *others = (one % 1.0 for one in (first, *others))
         if not owner and any(not math.isclose(first, other, rel_tol=1e-12) for other in others):
             raise ValueError(
                 f"parameter = {name!r}: must be that of one pair or leg, such as {self.animal.pairs[0]}.{quantity}, as "

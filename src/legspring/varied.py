@@ -38,8 +38,8 @@ def parameters(
     -------
     list of Parameter
         Name, value, unit and words of each: the start of a step, whose values a gait or a simulation has; the body and
-        its surroundings; then every pair of legs, and every single leg where that is something else. A name may be
-        given to `Animal.replace`, but for the start's and the slope.
+        its surroundings; what all legs have alike; then every pair of legs, and every single leg where that is
+        something else. A name may be given to `Animal.replace`, but for the start's and the slope.
 
     Raises
     ------
@@ -65,11 +65,23 @@ def parameters(
     found.insert(
         1 + [one.name for one in found].index("slope"), Parameter("slope_deg", degrees, "deg", BODY["slope"][1])
     )
+    if len(animal.pairs) > 1:
+        found += [p for name in LEG if (p := _of_all(system, name)) is not None]
     singles = [leg.name for leg in animal.legs if animal.legs_named(leg.name) != animal.legs_named(leg.pair)]
     for owner in (*animal.pairs, *singles):
         legs = animal.legs_named(owner)
         found += [p for name in LEG if (p := _of_legs(system, owner, legs, name)) is not None]
     return [_with_kink(system, one) for one in found]
+
+
+def _of_all(system: System, name: str) -> Parameter | None:
+    """Return what all legs have alike; None where they differ in it, or have it not, or gaits choose it."""
+    each = [_of_legs(system, pair, system.animal.legs_named(pair), name) for pair in system.animal.pairs]
+    values = [math.nan if one is None else one.value for one in each]
+    if not all(math.isclose(value, values[0], rel_tol=1e-12, abs_tol=1e-15) for value in values):
+        return None
+    unit, words = LEG[name]
+    return Parameter(name, values[0], unit, f"{words} (all legs)")
 
 
 def _of_legs(system: System, owner: str, legs: tuple[int, ...], name: str) -> Parameter | None:

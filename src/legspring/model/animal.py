@@ -283,7 +283,7 @@ class Animal(Frozen):
             sequence with one for each pair. The value is that of the leg of the pair which is put down
             first (offset 0); its partner becomes its mirror image, with the angle and the hip's dx
             negated. Or a number of one pair or leg, such as ``"F.stiffness"`` (both legs alike, angle and hip_x
-            in mirror image) and ``"FL.stiffness"``; hip_x and hip_y are numbers of their own there. Or
+            in mirror image) and ``"FL.stiffness"``; hip_x and hip_y are numbers of their own. Or
             desired_speed (m/s) and step_duration (s) in place of the laws.
 
         Returns
@@ -309,6 +309,8 @@ class Animal(Frozen):
         [0.75, 1.5, 1.5, 1.5, 1.5, 1.5]
         """
         single = {name: changes.pop(name) for name in list(changes) if "." in name}
+        for name in [name for name in ("hip_x", "hip_y") if name in changes]:
+            single |= dict.fromkeys((f"{pair}.{name}" for pair in self.pairs), changes.pop(name))
         for name, law in (("desired_speed", "speed_law"), ("step_duration", "step_law")):
             if name in changes and law in changes:
                 raise ModelError(f"{name} and {law} are both given: must be one of them")
