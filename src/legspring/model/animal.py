@@ -309,8 +309,9 @@ class Animal(Frozen):
         [0.75, 1.5, 1.5, 1.5, 1.5, 1.5]
         """
         single = {name: changes.pop(name) for name in list(changes) if "." in name}
-        for name in [name for name in ("hip_x", "hip_y") if name in changes]:
-            single |= dict.fromkeys((f"{pair}.{name}" for pair in self.pairs), changes.pop(name))
+        for hip in ("hip_x", "hip_y"):
+            if hip in changes:
+                single |= dict.fromkeys((f"{pair}.{hip}" for pair in self.pairs), changes.pop(hip))
         for name, law in (("desired_speed", "speed_law"), ("step_duration", "step_law")):
             if name in changes and law in changes:
                 raise ModelError(f"{name} and {law} are both given: must be one of them")
