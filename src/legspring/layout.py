@@ -305,6 +305,12 @@ class System:
         """Return where in p a parameter of a leg is."""
         return FIRST_LEG + N_VARIED * leg + ROWS[name]
 
+    def place_of(self, name: str) -> int:
+        """Return where in p a parameter is; of several legs, the first one's."""
+        if name in PLACES:
+            return PLACES[name]
+        return self.place(next(iter(self.legs_of(name))), name.rpartition(".")[2])
+
     @cached_property
     def _directions(self) -> dict[tuple[object, ...], Floats]:
         return {}

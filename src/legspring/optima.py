@@ -418,8 +418,8 @@ def optimal_atlas(
     }
     dataset.attrs["seconds"] = time.perf_counter() - start + (memory.spared if memory else 0.0)
     families = list(animal.families)
-    for ((row, column, family), goal), values in found.items():
-        fill(dataset, (GOALS.index(goal), row, column, families.index(family)), values)
+    places = [(GOALS.index(goal), row, column, families.index(family)) for (row, column, family), goal in found]
+    fill(dataset, zip(places, found.values(), strict=True))
     return dataset
 
 

@@ -167,14 +167,7 @@ class GaitProblem:
             return system.desired_speed / longest if system.event_driven else 1.0 / system.step_duration
         if name in START or name.endswith(("phase", "angle")):
             return 1.0
-        return abs(self._here(name)) or 1.0
-
-    def _here(self, name: str) -> float:
-        """Return the animal's value of a parameter that is free."""
-        if name in PLACES:
-            return float(self.system.values[PLACES[name]])
-        first = next(iter(self.system.legs_of(name)))
-        return float(self.system.values[self.system.place(first, name.rpartition(".")[2])])
+        return abs(float(self.system.values[self.system.place_of(name)])) or 1.0
 
     def direction(self, name: str) -> Floats:
         """Return the direction along which a parameter grows, ``(n,)`` (see `System.direction`).
@@ -206,8 +199,7 @@ class GaitProblem:
     @cached_property
     def task(self) -> Task:
         """The conditions in the form in which they are solved."""
-        units = np.array([self.unit(name) for name in self.unknowns])
-        along = np.array([self.direction(name) for name in self.unknowns]) * units[:, None]
+        along = np.array([self.direction(name) for name in self.unknowns]) * self.units[:, None]
         ranges = [(SLOWEST, FASTEST) if name == "speed" else (-math.inf, math.inf) for name in self.unknowns]
         low, high = np.array(ranges).T
         at_end, at_start = np.zeros((len(self.conditions), len(SEEN))), np.zeros((len(self.conditions), len(START)))
@@ -291,7 +283,7 @@ class GaitProblem:
                 f"{pair}.phase": (-limit, limit) for pair, limit in zip(self.system.animal.pairs, limits, strict=True)
             }
         for name in self.free:
-            here = self._here(name) / self.unit(name)
+            here = float(self.system.values[self.places[name]]) / self.unit(name)
             ranges.setdefault(name, (here - 0.2 * abs(here), here + 0.2 * abs(here)))
         low, high = np.array([ranges[name] for name in self.unknowns]).T
         return low, high
@@ -315,19 +307,23 @@ class GaitProblem:
 
     def z_of(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""
-        p = gait.point
-        return np.array([self._read(p, name) / self.unit(name) for name in self.unknowns])
+        return gait.point[[self.places[name] for name in self.unknowns]] / self.units
 
-    def _read(self, p: Floats, name: str) -> float:
-        if name in PLACES:
-            return float(p[PLACES[name]])
-        return float(p[self.system.place(next(iter(self.system.legs_of(name))), name.rpartition(".")[2])])
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Where in p each unknown is; of a pair of legs, its first one."""
+        return {name: self.system.place_of(name) for name in self.unknowns}
+
+    @cached_property
+    def units(self) -> Floats:
+        """Units of the unknowns, ``(size,)``, in SI units."""
+        return np.array([self.unit(name) for name in self.unknowns])
 
     def gait(self, z: Floats, residual: float = math.nan) -> Gait:
         """Return unknowns in the form of a gait, whether they are one or not."""
         system, p = self.system, self.points(z)[0]
         animal = system.animal
-        changed = {name: self._read(p, name) for name in self.free if not name.endswith(".phase")}
+        changed = {name: float(p[self.places[name]]) for name in self.free if not name.endswith(".phase")}
         if changed:
             animal = animal.replace(**changed)
         place = float(p[PLACES["Dx"]]), float(p[PLACES["Dy"]])

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -169,18 +169,17 @@ def atlas(
     found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
     gaits = [((*place, gait.branch), gait) for place, here in found.items() for gait in here]
 
-    def values(gait: Gait) -> dict[str, Any]:
+    def values_of(gait: Gait) -> dict[str, Any]:
         return measured(mapped(animal), gait) | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
 
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
-        all_values = in_threads(lambda item: values(item[1]), gaits, workers, tick)
+        all_values = in_threads(lambda item: values_of(item[1]), gaits, workers, tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
     coords = coordinates(animal, slopes_deg, headings)
     coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
     coords["impulse"] = ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"})
     dataset = empty_map((*mapped(animal), *OF_RECOVERIES), ("slope_deg", "heading", "branch"), coords)
-    for (place, _), of_gait in zip(gaits, all_values, strict=True):
-        fill(dataset, place, of_gait)
+    fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
     return dataset.assign_attrs(provenance(animal, effort))
 
 
@@ -218,10 +217,12 @@ def empty_map(measures: Sequence[Measure], cell: tuple[str, ...], coords: Mappin
     return xr.Dataset(variables, coords=coords)
 
 
-def fill(dataset: xr.Dataset, place: tuple[int, ...], values: Mapping[str, Any]) -> None:
-    """Write what is known of a gait into its place in a map."""
-    for name in dataset.data_vars:
-        dataset[name].values[place] = values[str(name)]
+def fill(dataset: xr.Dataset, known: Iterable[tuple[tuple[int, ...], Mapping[str, Any]]]) -> None:
+    """Write what is known of gaits into their places in a map."""
+    arrays = {str(name): variable.values for name, variable in dataset.data_vars.items()}
+    for place, values in known:
+        for name, array in arrays.items():
+            array[place] = values[name]
 
 
 def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
