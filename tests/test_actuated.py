@@ -30,19 +30,20 @@ def actuated(roach: Animal) -> Actuated:
 
 
 def test_derivatives_of_the_conditions(actuated: Actuated) -> None:
-    here = actuated.conditions(U, Z)
+    here = actuated.conditions(U, Z[None])
     assert here is not None
     x, h = np.concatenate([U, Z]), 1e-5
     for column, step in enumerate(h * np.eye(7)):
-        ahead, behind = (actuated.conditions(*np.split(x + change, [3])) for change in (step, -step))
+        points = ((x + change)[:3] for change in (step, -step)), (x + step, x - step)
+        ahead, behind = (actuated.conditions(u, whole[None, 3:]) for u, whole in zip(*points, strict=True))
         assert ahead is not None and behind is not None
-        assert here[1][:, column] == pytest.approx((ahead[0] - behind[0]) / (2.0 * h), rel=1e-5, abs=1e-6)
+        assert here[1][0, :, column] == pytest.approx((ahead[0][0] - behind[0][0]) / (2.0 * h), rel=1e-5, abs=1e-6)
 
 
 def test_conditions_are_those_that_a_problem_solves(actuated: Actuated) -> None:
     found = actuated.solve(np.array([U, [0.9, 0.2, 0.7]]), np.array([Z, Z]))
     for ratio, z, residual, squares in zip((U, [0.9, 0.2, 0.7]), found.z, found.residuals, found.squares, strict=True):
-        there = actuated.conditions(np.array(ratio), z)
+        there = actuated.conditions(np.array(ratio), z[None])
         assert there is not None
         assert np.max(np.abs(there[0])) == pytest.approx(residual, rel=1e-6, abs=1e-12)
         assert np.sum(there[0] ** 2) == pytest.approx(squares, rel=1e-6, abs=1e-12)
@@ -52,7 +53,7 @@ def test_conditions_are_those_that_a_problem_solves(actuated: Actuated) -> None:
 
 def test_what_cannot_be_simulated_has_no_conditions(roach: Animal) -> None:
     actuated = Actuated(roach.replace(stiffness=1e9), 0.0, 0.15, "A")
-    assert actuated.conditions(U, Z) is None
+    assert actuated.conditions(U, Z[None]) is None
     seen = actuated.measure(np.concatenate([U, Z]), "complete")
     assert not seen.is_gait[0]
     assert np.all(np.isnan(seen.jacobians)) and np.all(np.isnan(seen.angles[:, :, 1]))
@@ -152,9 +153,9 @@ def test_strides_that_do_not_close_are_judged_alike(actuated: Actuated) -> None:
 def test_beside_is_the_same_at_another_heading(actuated: Actuated) -> None:
     other = actuated.beside(0.2)
     assert (other.heading, other.family, other.system) == (0.2, "B", actuated.system)
-    here, there = actuated.conditions(U, Z), other.conditions(U, Z)
+    here, there = actuated.conditions(U, Z[None]), other.conditions(U, Z[None])
     assert here is not None and there is not None
-    assert there[0][1] != pytest.approx(here[0][1], abs=1e-3)
+    assert there[0][0, 1] != pytest.approx(here[0][0, 1], abs=1e-3)
 
 
 def test_bodies_that_yaw_are_refused(roach: Animal) -> None:

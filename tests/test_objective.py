@@ -192,7 +192,7 @@ def test_a_gait_beside_a_fold_is_approached_step_by_step(roach: Animal) -> None:
     assert score.beside is None and score.total > 2.0
     found = objective.approached(score)
     assert found.beside is not None and found.total < 0.5
-    residual = objective.beside.conditions(actuation, found.beside)
+    residual = objective.beside.conditions(actuation, found.beside[None])
     assert residual is not None and np.max(np.abs(residual[0])) < 1e-9
     # There is nothing to do any more; nor is there where there is no gait.
     assert objective.approached(found) is found

@@ -127,7 +127,7 @@ def test_derivatives_of_the_margins_along_the_steps_taken(late: Gait, goal: Goal
     point = programme.point(x)
     assert point is not None
     along = np.zeros((len(x), 4))
-    along[:n] = steps_taken(*point.here)
+    along[:n] = steps_taken(point.left[0], point.by[0])
     others = np.eye(len(x))[:, programme.t :]
     for step in np.hstack([along, others]).T:
         slope = (programme.margins(x + h * step) - programme.margins(x - h * step)) / (2.0 * h)

@@ -5,13 +5,15 @@ candidates, and wants a few numbers of each, soon.
 """
 
 import math
+from collections.abc import Sequence
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from legspring.flow import SEEN, flows
-from legspring.kernel.walker import Floats
-from legspring.layout import ACCURACY
+from legspring.flow import flows
+from legspring.kernel.walker import OK, Floats
+from legspring.layout import ACCURACY, PLACES
 from legspring.model import Animal
 from legspring.problem import GaitProblem, check_tuned, tuned
 from legspring.returnmap import signs
@@ -29,6 +31,8 @@ STATES: dict[What, tuple[str, ...]] = {
     "complete": ("speed", "heading", "Dx", "Dy"),
 }
 """State that the map of a stride, or of a step, maps."""
+PLACED = [PLACES[name] for name in STATES["complete"]]
+"""Where it is among what is observed, as far as it goes."""
 
 
 class Measured(NamedTuple):
@@ -79,14 +83,19 @@ class Actuated:
         self._use(tuned(animal, slope, heading, family))
 
     def _use(self, problem: GaitProblem) -> None:
+        """Note what all candidates have in common."""
         system = problem.system
         self.problem, self.system, self.family = problem, system, system.family
         self.heading = problem.pins["heading"]
-        self.lengths = pair_lengths(system.animal)
-        self._first = list(system.animal.first_legs)
+        self.lengths, firsts = pair_lengths(system.animal), list(system.animal.first_legs)
+        self._first, self._side = np.array(firsts), system.side[firsts]
+        self._old = np.flatnonzero(system.offset)
         self._places = np.array([system.place(leg, "actuation") for leg in range(len(system.pair))])
         names = [f"{pair}.actuation" for pair in system.animal.pairs]
-        self._along = [problem.direction(name) * unit for name, unit in zip(names, self.lengths, strict=True)]
+        self._along = np.array([problem.direction(name) for name in names]) * self.lengths[:, None]
+        lean = np.array([system.animal.legs[leg].angle for leg in firsts]) - self.heading
+        self._approach = -system.desired_speed * np.cos(lean)
+        self._swing = -math.pi * self._side * self.lengths / system.step_duration
 
     def beside(self, heading: float) -> "Actuated":
         """Return the same at another heading."""
@@ -105,41 +114,64 @@ class Actuated:
         """Solve for gaits with actuations ``(N, P)`` from starts ``(N, n)``."""
         return solve(self.problem, near, accuracy, goal, self.base(actuation))
 
-    def conditions(self, actuation: Floats, z: Floats) -> tuple[Floats, Floats] | None:
-        """Return what is left of a gait's conditions, ``(4,)``, and its derivatives by u and z; None if broken."""
-        values, by = self.problem.residual(z, self._along, base=self.base(actuation))
-        pairs = len(self.lengths)
-        return None if np.isnan(values[0, 0]) else (values[0], np.roll(by[0], pairs, axis=1))
+    def conditions(
+        self, actuation: Floats, z: Floats, headings: Sequence[float] | None = None
+    ) -> tuple[Floats, Floats] | None:
+        """Return what is left of a gait's conditions, and its derivatives by u and z; None if one is broken.
+
+        Parameters
+        ----------
+        actuation
+            ``(P,)``.
+        z, headings
+            ``(K, n)``, ``(K,)``: unknowns, and the heading of each, if others than the problem's.
+
+        Returns
+        -------
+        values, derivatives
+            ``(K, 4)``, ``(K, 4, P + n)``.
+        """
+        base = np.repeat(self.base(actuation), len(z), axis=0)
+        if headings is not None:
+            base[:, PLACES["heading"]] = headings
+        values, by = self.problem.residual(z, self._along, base=base)
+        size = self.problem.size
+        return None if np.isnan(values).any() else (values, np.concatenate([by[..., size:], by[..., :size]], axis=2))
 
     def measure(self, candidates: Floats, what: What) -> Measured:
         """Simulate a stride from candidates, ``(N, P + n)``."""
         points, pairs, system = np.atleast_2d(candidates), len(self.lengths), self.system
         p = self.problem.points(points[:, pairs:], self.base(points[:, :pairs]))
-        names = STATES[what]
-        along = self._state_directions(names)
+        ways, scales = self._states[what]
         once = what != "complete"
-        ends = flows(system, p, steps=2, along=along if once else (), liftoffs=True, work=what == "cost")
-        jacobians = np.zeros((len(p), 0, 0))
-        if names:
-            seen = (ends if once else flows(system, p, along=along)).seen
-            rows = [SEEN.index(name) for name in names]
-            units = np.array([self.problem.unit(name) for name in names])
-            mirror = np.ones(len(names)) if once else signs(system, names)
-            jacobians = seen[:, rows, 1:] * (mirror / units)[:, None]
-        weight = system.animal.body.mass * system.animal.gravity * system.step_length
-        cost = np.sum(np.abs(ends.work), axis=(1, 2)) / weight if what == "cost" else np.full(len(p), np.nan)
-        fine = ends.status == 0
-        time, rate = np.moveaxis(ends.liftoffs[:, self._first], -1, 0)
-        side = system.side[self._first]
-        is_gait = fine & np.all(rate * side < 0.0, axis=1)
-        old = np.flatnonzero(system.offset)
-        late = time[:, system.pair[old]] > system.step_duration
-        is_gait &= np.all(late == (ends.down[:, old] != 0.0), axis=1)
-        angles = np.where(fine[:, None, None], self._angles(points, time, rate), np.nan)
+        ends = flows(system, p, steps=2, along=ways if once else (), liftoffs=True, work=what == "cost")
+        seen = ends.seen if once else flows(system, p, along=ways).seen
+        jacobians = seen[:, PLACED[: len(ways)], 1:] * scales[:, None]
+        cost = np.full(len(p), np.nan)
+        if what == "cost":
+            cost = np.sum(np.abs(ends.work), axis=(1, 2)) / self._weight
+        time, rate = ends.liftoffs[:, self._first, 0], ends.liftoffs[:, self._first, 1]
+        fine, late = ends.status == OK, time[:, system.pair[self._old]] > system.step_duration
+        is_gait = fine & (rate * self._side < 0.0).all(axis=1)
+        is_gait &= (late == (ends.down[:, self._old] != 0.0)).all(axis=1)
+        angles = self._angles(points, time, rate)
+        angles[~fine] = np.nan
         return Measured(angles, is_gait, cost, jacobians)
 
-    def _state_directions(self, names: tuple[str, ...]) -> list[Floats]:
-        return [self.system.direction(name) * self.problem.unit(name) for name in names]
+    @cached_property
+    def _weight(self) -> float:
+        """What a transport cost is counted in: m g by the desired displacement of a step, J."""
+        return self.system.animal.body.mass * self.system.animal.gravity * self.system.step_length
+
+    @cached_property
+    def _states(self) -> dict[What, tuple[Floats, Floats]]:
+        """Directions of the state that each map maps, in the units of the unknowns, and what makes such of an image."""
+        found: dict[What, tuple[Floats, Floats]] = {}
+        for what, names in STATES.items():
+            units = np.array([self.problem.unit(name) for name in names])
+            mirror = signs(self.system, names) if what == "complete" else np.ones(len(names))
+            found[what] = self.system.along(names) * units[:, None], mirror / units
+        return found
 
     def _angles(self, points: Floats, time: Floats, rate: Floats) -> Floats:
         """Return the angles between length and force-free length against time where stances begin and end.
@@ -147,14 +179,13 @@ class Actuated:
         Both rates are known from the candidate at touch-down, and differ by the gap's rate at lift-off.
         """
         pairs, unit = len(self.lengths), self.system.step_duration
-        side, phase = self.system.side[self._first], points[:, pairs + 1 :]
-        swing = -math.pi * side * points[:, :pairs] * self.lengths / unit
-        down, up = swing * np.cos(phase), swing * np.cos(math.pi * time / unit + phase)
-        lean = np.array([self.system.animal.legs[leg].angle for leg in self._first]) - self.heading
-        approach = -points[:, pairs, None] * self.system.desired_speed * np.cos(lean)
-        begin = side * np.degrees(np.arctan(approach) - np.arctan(down))
-        end = -side * np.degrees(np.arctan(up + rate) - np.arctan(up))
-        return np.stack([begin, end], axis=-1)
+        phase, swing = points[:, pairs + 1 :], self._swing * points[:, :pairs]
+        angles = np.empty((*phase.shape, 2))
+        down, up = swing * np.cos(phase), swing * np.cos(math.pi / unit * time + phase)
+        approach = points[:, pairs, None] * self._approach
+        angles[..., 0] = self._side * np.degrees(np.arctan(approach) - np.arctan(down))
+        angles[..., 1] = -self._side * np.degrees(np.arctan(up + rate) - np.arctan(up))
+        return angles
 
 
 def pair_lengths(animal: Animal) -> Floats:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -219,8 +220,10 @@ class Flow:
         return Samples(states, down, hips, feet - states[:, None, :2] - hips, feet, free, force / self.weight)
 
 
-def directions(system: System, along: Sequence[Direction]) -> Floats:
+def directions(system: System, along: Sequence[Direction] | Floats) -> Floats:
     """Return directions given by names, or as they are, as rows, ``(D, n)``."""
+    if isinstance(along, np.ndarray):
+        return along
     names = [one for one in along if isinstance(one, str)]
     if len(names) == len(along):
         return system.along(names)
@@ -233,7 +236,7 @@ def flow(
     p: Floats,
     *,
     steps: int = 1,
-    along: Sequence[Direction] = (),
+    along: Sequence[Direction] | Floats = (),
     push: Floats = NO_PUSH,
     record: bool = False,
     accuracy: float = ACCURACY,
@@ -292,7 +295,7 @@ def flows(
     p: Floats,
     *,
     steps: int = 1,
-    along: Sequence[Direction] = (),
+    along: Sequence[Direction] | Floats = (),
     pushes: Floats = NO_PUSHES,
     liftoffs: bool = False,
     work: bool = False,
@@ -320,20 +323,22 @@ def flows(
         What became of each; nothing is raised for those that could not be carried to their end.
     """
     ways, scale = directions(system, along), system.error_scale(accuracy)
-    chunks = np.array_split(np.arange(len(p)), max(1, min(workers, len(p))))
 
-    def simulate(rows: Ints) -> Ends:
+    def simulate(rows: slice) -> Ends:
         here, push = np.ascontiguousarray(p[rows]), pushes[rows] if len(pushes) else pushes
-        walker, room = system.walker(1 + len(ways), np.zeros(pushes.shape[1:])), 30 * steps + 30
+        walker = system.walker(1 + len(ways), np.zeros(pushes.shape[1:]))
+        room = 30 * steps + 30 if liftoffs or work else 0
         while True:
-            tape = new_tape(2 * room if work else 0, room if liftoffs or work else 0, walker)
-            ends = new_ends(len(rows), steps, walker, work)
+            tape = new_tape(2 * room if work else 0, room, walker)
+            ends = new_ends(len(here), steps, walker, work)
             many(walker, tape, here, ways, push, float(steps), scale, work, ends)
-            if TAPE_FULL not in ends.status:
+            if not room or TAPE_FULL not in ends.status:
                 return ends
             room *= 2
 
-    if len(chunks) == 1:
-        return simulate(chunks[0])
-    parts = in_threads(simulate, chunks, len(chunks))
+    count = max(1, min(workers, len(p)))
+    if count == 1:
+        return simulate(slice(None))
+    cuts = [len(p) * n // count for n in range(count + 1)]
+    parts = in_threads(simulate, [slice(*ends) for ends in pairwise(cuts)], count)
     return Ends(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))

@@ -217,7 +217,7 @@ class GaitProblem:
     def residual(
         self,
         z: Floats,
-        along: Sequence[Direction] = (),
+        along: Sequence[Direction] | Floats = (),
         *,
         base: Floats | None = None,
         accuracy: float = ACCURACY,
@@ -229,7 +229,7 @@ class GaitProblem:
         z
             ``(N, size)``.
         along
-            Parameters to take derivatives by beside the unknowns, in SI units.
+            Parameters to take derivatives by beside the unknowns, in SI units; or directions, ``(D, n)``.
         base
             ``(N, n)``: parameters where the unknowns are zero, if others than the system's.
         accuracy
@@ -241,14 +241,14 @@ class GaitProblem:
             ``(N, m)``, ``(N, m, size + len(along))``; nan where a step cannot be simulated.
         """
         task, p = self.task, self.points(z, base)
-        more = [self.direction(one) if isinstance(one, str) else np.asarray(one) for one in along]
-        ways = np.vstack([task.along, *(one[None] for one in more)])
-        seen = flows(self.system, p, steps=self.symmetry.steps, along=list(ways), accuracy=accuracy).seen
+        more = [self.direction(one) if isinstance(one, str) else one for one in along]
+        ways = np.vstack([task.along, *more])
+        seen = flows(self.system, p, steps=self.symmetry.steps, along=ways, accuracy=accuracy).seen
         values = seen[:, :, 0] @ task.at_end.T + p[:, : len(START)] @ task.at_start.T
-        turns = np.where(task.turns > 0.0, task.turns, np.inf)
-        values -= np.where(task.turns > 0.0, task.turns * np.round(values / turns), 0.0)
-        by = np.einsum("cs,nsd->ncd", task.at_end, seen[:, :, 1:]) + task.at_start @ ways[:, : len(START)].T
-        return values, by
+        if task.turns.any():
+            turns = np.where(task.turns > 0.0, task.turns, np.inf)
+            values -= np.where(task.turns > 0.0, task.turns * np.round(values / turns), 0.0)
+        return values, task.at_end @ seen[:, :, 1:] + task.at_start @ ways[:, : len(START)].T
 
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
@@ -298,12 +298,18 @@ class GaitProblem:
 
         Where all directions are alike, a gait whose steps mirror one another is the same turned by half a turn.
         """
+        columns, turns = self._angles
         z = z.copy()
-        for column, name in enumerate(self.unknowns):
-            if name in ANGLES or name.endswith("phase"):
-                turn = math.pi if name == "yaw" and self.system.isotropic else 2.0 * math.pi
-                z[..., column] = 0.5 * turn - (0.5 * turn - z[..., column]) % turn
+        z[..., columns] = 0.5 * turns - (0.5 * turns - z[..., columns]) % turns
         return z
+
+    @cached_property
+    def _angles(self) -> tuple[list[int], Floats]:
+        """Which unknowns are angles, and after what they are the same."""
+        names = [name for name in self.unknowns if name in ANGLES or name.endswith("phase")]
+        half = self.system.isotropic
+        turns = [math.pi if half and name == "yaw" else 2.0 * math.pi for name in names]
+        return [self.unknowns.index(name) for name in names], np.array(turns)
 
     def z_of(self, gait: Gait) -> Floats:
         """Return a gait's unknowns, to start from."""

@@ -60,15 +60,15 @@ class Point:
 
     programme: "Programme"
     x: Floats
-    here: tuple[Floats, Floats]
-    beside: tuple[Floats, Floats]
+    left: Floats
+    by: Floats
     angles: Floats
     measure: Floats
 
     @cached_property
     def slopes(self) -> tuple[Floats, Floats]:
         """Derivatives of angles and measure."""
-        along = steps_taken(*self.here)
+        along = steps_taken(self.left[0], self.by[0])
         angles, measure = self.programme.measure(self.x + DIFFERENCE * along.T)
         # Next to where there is nothing to evaluate, any slope will do.
         slopes = (np.nan_to_num((b - a) / DIFFERENCE) for a, b in ((self.angles, angles), (self.measure, measure)))
@@ -94,7 +94,7 @@ class Programme:
         self.objective, self.limit = objective, limit
         self.constraints, heading = objective.constraints, objective.actuated.heading
         # A little beyond what is asked for, so that a fold is kept clear of.
-        self.further = objective.actuated.beside(heading + CLEARANCE * (objective.beside.heading - heading))
+        self.headings = heading, heading + CLEARANCE * (objective.beside.heading - heading)
         p = self.pairs = len(objective.actuated.lengths)
         m = 1 + p
         self.u, self.z, self.beside = slice(0, p), slice(p, p + m), slice(p + m, p + 2 * m)
@@ -148,26 +148,25 @@ class Programme:
 
     def _evaluate(self, x: Floats) -> Point | None:
         u, z = x[self.u], x[self.z]
-        here = self.objective.actuated.conditions(u, z)
-        beside = self.further.conditions(u, x[self.beside])
+        both = self.objective.actuated.conditions(u, np.array([z, x[self.beside]]), self.headings)
         angles, measure = self.measure(x[None, : self.z.stop])
-        if here is None or beside is None or np.any(np.isnan(measure)):
+        if both is None or np.any(np.isnan(measure)):
             return None
-        return Point(self, x[: self.z.stop].copy(), here, beside, np.nan_to_num(angles[0], nan=WORST_ANGLE), measure[0])
+        return Point(self, x[: self.z.stop].copy(), *both, np.nan_to_num(angles[0], nan=WORST_ANGLE), measure[0])
 
     def equations(self, x: Floats) -> Floats:
         """Return what must be zero: conditions of the gait, and of the one beside."""
         point = self.point(x)
         rows = 2 * (1 + self.pairs)
-        return np.full(rows, NOWHERE) if point is None else np.concatenate([point.here[0], point.beside[0]])
+        return np.full(rows, NOWHERE) if point is None else point.left.ravel()
 
     def equations_by(self, x: Floats) -> Floats:
         """Return the derivatives of the equations."""
         point, p = self.point(x), self.pairs
         by = np.zeros((2 * (1 + p), self.size))
         if point is not None:
-            by[: 1 + p, : self.z.stop] = point.here[1]
-            by[1 + p :, self.u], by[1 + p :, self.beside] = point.beside[1][:, :p], point.beside[1][:, p:]
+            by[: 1 + p, : self.z.stop] = point.by[0]
+            by[1 + p :, self.u], by[1 + p :, self.beside] = point.by[1][:, :p], point.by[1][:, p:]
         return by
 
     def margins(self, x: Floats) -> Floats:

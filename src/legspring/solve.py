@@ -169,21 +169,15 @@ def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, ba
         ``(N, n)``: parameters where the unknowns are zero, if others than the problem's.
     """
     z, system, task = np.array(starts, dtype=float, ndmin=2), problem.system, problem.task
-    p = np.broadcast_to(problem.base if base is None else base, (len(z), len(problem.base))).copy()
+    p = np.repeat(problem.base[None], len(z), axis=0) if base is None else base
     walker = system.walker(1 + problem.size, NO_PUSH)
     room, count = newton.new_workspace(task, walker), len(z)
-    found = newton.Found(
-        np.zeros(count, np.int64),
-        np.zeros((count, len(problem.conditions))),
-        np.zeros(count, np.int64),
-        np.zeros(count, np.int64),
-    )
+    whole, real = np.zeros((3, count), np.int64), np.zeros((2, count))
+    found = newton.Found(whole[0], real[0], real[1], whole[1], whole[2])
     scale, steps = system.error_scale(accuracy), problem.symmetry.steps
     newton.find_zeros(walker, task, p, z, steps, scale, goal, MOST_ITERATIONS, room, found)
-    residuals = np.max(np.abs(found.residuals), axis=1, initial=0.0)
-    squares = np.sum(found.residuals**2, axis=1)
     steps, evaluations = int(found.steps.sum()), int(found.evaluations.sum())
-    return Solutions(problem.wrapped(z), found.endings, residuals, squares, steps, evaluations)
+    return Solutions(problem.wrapped(z), found.endings, found.residuals, found.squares, steps, evaluations)
 
 
 def starts_for(problem: GaitProblem, count: int) -> Floats:

@@ -68,10 +68,11 @@ class Workspace(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Where N searches ended: how, the conditions left, and evaluations of the equations of motion and steps."""
+    """Where N searches ended: how, the largest condition left and the sum of squares; steps and evaluations it took."""
 
     endings: Ints
     residuals: Floats
+    squares: Floats
     steps: Ints
     evaluations: Ints
 
@@ -232,8 +233,7 @@ def find_zero(
     best, damping = math.inf, FIRST_DAMPING
     copy(z, room.trial)
     for iteration in range(1, iterations + 1):
-        inside = is_inside(task, room.trial)
-        total = evaluate(w, task, base, room.trial, steps, scale, room) if inside else math.inf
+        total = evaluate(w, task, base, room.trial, steps, scale, room)
         if total < best:
             copy(room.trial, z)
             copy(room.residual, room.best_residual)
@@ -250,9 +250,11 @@ def find_zero(
             damping = max(5.0 * damping, 1e-6)
         solved, damping = damped_move(room.best_jacobian, room.best_residual, damping, room.square, room.move)
         if not solved or damping > MOST_DAMPING:
-            return STALLED if inside else OUT_OF_RANGE, iteration
+            return STALLED, iteration
         for e in range(z.size):
             room.trial[e] = z[e] + room.move[e]
+        if not is_inside(task, room.trial):
+            return OUT_OF_RANGE, iteration
     return OUT_OF_STEPS, iterations
 
 
@@ -295,4 +297,4 @@ def find_zeros(
         ending, taken = find_zero(w, task, p[row], z[row], steps, scale, goal, iterations, room)
         found.endings[row], found.steps[row] = ending, taken * steps
         found.evaluations[row] = int(w.clock[EVALUATIONS])
-        copy(room.best_residual, found.residuals[row])
+        found.residuals[row], found.squares[row] = largest(room.best_residual), sum_of_squares(room.best_residual)

@@ -2,11 +2,31 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from legspring.gait import Gait
+    from legspring.kernel.walker import Floats
     from legspring.model import Animal
+
+
+class Measurable(Protocol):
+    """What a gait tells of itself for its measures to know whether it has them."""
+
+    @property
+    def animal(self) -> "Animal":
+        """Whose gait it is."""
+
+    @property
+    def gets_on(self) -> bool:
+        """Whether a step gets anywhere."""
+
+    @property
+    def grazing(self) -> float:
+        """Smallest rate at which a leg passes through zero force; nan where none does."""
+
+    @property
+    def phase_lag(self) -> "Floats":
+        """Touch-down of each leg; nan for one that is not put down."""
 
 
 def always(_: "Animal") -> bool:
@@ -24,7 +44,7 @@ def yaws(animal: "Animal") -> bool:
     return animal.body.yaw == "free"
 
 
-def nothing(_: "Gait") -> None:
+def nothing(_: Measurable) -> None:
     """Say that every gait has it."""
 
 
@@ -55,7 +75,7 @@ class Measure:
     words: str
     dimensions: tuple[str, ...] = ()
     function: Callable[[Any], Any] | None = None
-    missing: Callable[["Gait"], str | None] = nothing
+    missing: Callable[[Measurable], str | None] = nothing
     mapped: Callable[["Animal"], bool] = always
 
     def of(self, gait: Any) -> Any:
@@ -68,19 +88,19 @@ class Measure:
         return {"long_name": self.words} | ({"units": self.unit} if self.unit else {})
 
 
-def _nowhere(gait: "Gait") -> str | None:
+def _nowhere(gait: Measurable) -> str | None:
     return None if gait.gets_on else "the gait stays where it is: there is no distance to go by"
 
 
-def _not_tuned(gait: "Gait") -> str | None:
+def _not_tuned(gait: Measurable) -> str | None:
     return None if gait.animal.tuned else "the animal has no desired speed by which to rebuild the old feet"
 
 
-def _lifted_by_the_clock(gait: "Gait") -> str | None:
+def _lifted_by_the_clock(gait: Measurable) -> str | None:
     return "the clock lifts all legs" if gait.grazing != gait.grazing else None
 
 
-def _not_put_down(gait: "Gait") -> str | None:
+def _not_put_down(gait: Measurable) -> str | None:
     lags = zip(gait.animal.legs, gait.phase_lag, strict=True)
     names = [leg.name for leg, lag in lags if lag != lag]
     return f"not put down in a stride: {', '.join(names)}" if names else None
