@@ -9,7 +9,7 @@ from legspring.kernel.contact import copy, fill
 from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.measure import write_work
-from legspring.kernel.pack import MASS, STEP_DURATION, pack
+from legspring.kernel.pack import MASS, STEP_DURATION, pack, pack_directions
 from legspring.kernel.stride import LONGEST_STEP, advance
 from legspring.kernel.walker import (
     DOWN,
@@ -168,6 +168,7 @@ def many(
     out
         Filled.
     """
+    pack_directions(along, w)
     for row in range(p.shape[0]):
         tape.counts[0] = tape.counts[1] = 0
         w.clock[EVALUATIONS] = 0.0

@@ -14,7 +14,7 @@ from legspring.kernel.contact import copy
 from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.many import N_SEEN, observe, take_step
-from legspring.kernel.pack import pack
+from legspring.kernel.pack import pack, pack_directions
 from legspring.kernel.walker import EVALUATIONS, N_START, OK, Floats, Ints, Tape, Walker, new_tape
 
 CONVERGED, STALLED, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4
@@ -292,6 +292,7 @@ def find_zeros(
     found
         Filled.
     """
+    pack_directions(task.along, w)
     for row in range(z.shape[0]):
         w.clock[EVALUATIONS] = 0.0
         ending, taken = find_zero(w, task, p[row], z[row], steps, scale, goal, iterations, room)

@@ -29,8 +29,24 @@ FIRST_LEG = 13
 
 
 @formula
+def pack_directions(along: Floats, w: Walker) -> None:
+    """Write what does not depend on the parameters: the derivatives, along directions, of what is taken as it is."""
+    for d in range(along.shape[0]):
+        for row in range(w.start.shape[0]):
+            w.start[row, 1 + d] = along[d, row]
+        for i in range(w.legs.shape[0]):
+            first = FIRST_LEG + N_VARIED * i
+            for row in range(N_VARIED):
+                w.legs[i, row, 1 + d] = along[d, first + row]
+            w.legs[i, ACTUATION, 1 + d] *= w.contacts[i, SIDE]
+
+
+@formula
 def pack(p: Floats, along: Floats, w: Walker) -> None:
-    """Write the numbers of ``p``, ``(n,)``, and their derivatives along directions, ``(D, n)``, into a walker."""
+    """Write the numbers of ``p``, ``(n,)``, and their derivatives along directions, ``(D, n)``, into a walker.
+
+    After `pack_directions` for the same directions.
+    """
     pack_start(p, along, w)
     pack_body(p, along, w)
     pack_legs(p, along, w)
@@ -42,8 +58,6 @@ def pack_start(p: Floats, along: Floats, w: Walker) -> None:
     time = p[STEP_DURATION]
     for row in range(w.start.shape[0]):
         w.start[row, 0] = p[row]
-        for d in range(along.shape[0]):
-            w.start[row, 1 + d] = along[d, row]
     for row in (SPEED, START_YAW_RATE):
         w.start[row, 0] = p[row] * time
         for d in range(along.shape[0]):
@@ -73,18 +87,15 @@ def pack_legs(p: Floats, along: Floats, w: Walker) -> None:
         first = FIRST_LEG + N_VARIED * i
         for row in range(N_VARIED):
             w.legs[i, row, 0] = p[first + row]
-            for d in range(along.shape[0]):
-                w.legs[i, row, 1 + d] = along[d, first + row]
-        rescale(w.legs[i, STIFFNESS], time**2 / mass, 2.0, p, along)
-        rescale(w.legs[i, DAMPING], time / mass, 1.0, p, along)
-        for d in range(1 + along.shape[0]):
-            w.legs[i, ACTUATION, d] *= w.contacts[i, SIDE]
+        w.legs[i, ACTUATION, 0] *= w.contacts[i, SIDE]
+        rescale(w.legs[i, STIFFNESS], first + STIFFNESS, 2.0, time**2 / mass, p, along)
+        rescale(w.legs[i, DAMPING], first + DAMPING, 1.0, time / mass, p, along)
 
 
 @formula
-def rescale(jet: Floats, unit: float, power: float, p: Floats, along: Floats) -> None:
-    """Multiply a number by t^power / m, which is ``unit``."""
+def rescale(jet: Floats, place: int, power: float, unit: float, p: Floats, along: Floats) -> None:
+    """Write the number at a place in p in units of m / t^power; ``unit`` is t^power / m."""
+    jet[0] = p[place] * unit
     for d in range(along.shape[0]):
         growth = power * along[d, STEP_DURATION] / p[STEP_DURATION] - along[d, MASS] / p[MASS]
-        jet[1 + d] = (jet[1 + d] + jet[0] * growth) * unit
-    jet[0] *= unit
+        jet[1 + d] = (along[d, place] + p[place] * growth) * unit
