@@ -139,7 +139,7 @@ def test_all_events_of_many_legs_are_recorded(roach: Animal) -> None:
         w = new_walker(-np.ones(60), none, none, np.zeros((0, 3)), 4, 1)
         tape, ends = new_tape(500, room, w), new_ends(1, 2, w)
         ways = np.zeros((0, len(many_legs)))
-        many(w, tape, many_legs[None], ways, np.zeros((0, 0, 3)), 2.0, 1e-12, False, ends)
+        many(w, tape, many_legs[None], ways, np.zeros((0, 0, 3)), 2.0, 2, 1e-12, False, ends)
         touchdowns[room] = ends.status[0], int(np.count_nonzero(tape.events[: tape.counts[1], 2] == TOUCHDOWN))
     assert touchdowns[20][0] == TAPE_FULL
     assert touchdowns[500] == (OK, 60)
@@ -202,6 +202,8 @@ def test_many_are_as_each_alone(name: str) -> None:
     names = ["speed", "heading", "mass"]
     for workers in (1, 3):
         ends = flows(system, points, steps=2, along=names, liftoffs=True, work=True, workers=workers)
+        first = flows(system, points, steps=2, along=names, watched=1, workers=workers)
+        np.testing.assert_array_equal(first.seen, flows(system, points, along=names).seen)
         for row, p in enumerate(points):
             run = flow(system, p, steps=2, along=names, record=True)
             np.testing.assert_array_equal(ends.seen[row], run.seen)
@@ -213,8 +215,8 @@ def test_many_are_as_each_alone(name: str) -> None:
             for leg in range(len(animal.legs)):
                 events = run.events
                 mine = (events.leg == leg) & events.lifts & (events.time > 0.0) & (events.time < run.times[-1])
-                first = np.flatnonzero(mine)
-                expected = [events.time[first[0]], events.rate[first[0]]] if len(first) else [np.nan, np.nan]
+                which = np.flatnonzero(mine)
+                expected = [events.time[which[0]], events.rate[which[0]]] if len(which) else [np.nan, np.nan]
                 np.testing.assert_allclose(ends.liftoffs[row, leg], expected, rtol=1e-12, atol=1e-12)
 
 

@@ -143,10 +143,9 @@ class Actuated:
         points, pairs, system = np.atleast_2d(candidates), len(self.lengths), self.system
         p = self.problem.points(points[:, pairs:], self.base(points[:, :pairs]))
         ways, scales = self._states[what]
-        once = what != "complete"
-        ends = flows(system, p, steps=2, along=ways if once else (), liftoffs=True, work=what == "cost")
-        seen = ends.seen if once else flows(system, p, along=ways).seen
-        jacobians = seen[:, PLACED[: len(ways)], 1:] * scales[:, None]
+        watched = 1 if what == "complete" else 2
+        ends = flows(system, p, steps=2, along=ways, watched=watched, liftoffs=True, work=what == "cost")
+        jacobians = ends.seen[:, PLACED[: len(ways)], 1:] * scales[:, None]
         cost = np.full(len(p), np.nan)
         if what == "cost":
             cost = np.sum(np.abs(ends.work), axis=(1, 2)) / self._weight

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from pkgutil import resolve_name
 from typing import NamedTuple
 
@@ -138,27 +139,31 @@ class Constraints:
         """
         u, phi = np.asarray(actuation), np.asarray(phase)
         (least, most), (early, late) = self.actuation, self.phase
-        ranges = np.stack([least - u, u - most, phi - late, early - phi], axis=-1)
-        return np.concatenate([ranges, self.angle - (angles if signed else np.abs(angles))], axis=-1)
+        excess = np.empty((*np.broadcast(u, phi).shape, len(LIMITS)))
+        excess[..., 0], excess[..., 1], excess[..., 2], excess[..., 3] = least - u, u - most, phi - late, early - phi
+        excess[..., 4:] = self.angle - (angles if signed else np.abs(angles))
+        return excess
 
     def penalties(self, excess: Floats) -> Floats:
         """Return what limits add to the objective, by how much they are passed; 0 where that is not known."""
-        jump = np.array([self.prices[constraint].jump for constraint in LIMITS])
-        return np.where(excess > 0.0, jump + self._priced(excess), 0.0)
+        jump, rates = self._numbers
+        return np.where(excess > 0.0, jump + rates * excess, 0.0)
 
     def soft(self, excess: Floats) -> Floats:
         """Return what the soft limits of one candidate cost, ``(3 P,)``, negative where they are kept: phases first."""
-        cost = self._priced(excess)
+        cost = self.rates * excess
         return np.concatenate([cost[:, SOFT[0]], cost[:, SOFT[1:]].ravel()])
 
-    def _priced(self, excess: Floats) -> Floats:
-        rate, unit = np.array([self.prices[constraint][1:] for constraint in LIMITS]).T
-        return rate * excess / unit
+    @cached_property
+    def _numbers(self) -> tuple[Floats, Floats]:
+        """Jumps and rates in the order of `LIMITS`."""
+        jump, rate, unit = np.array([self.prices[constraint] for constraint in LIMITS]).T
+        return jump, rate / unit
 
     @property
     def rates(self) -> Floats:
         """What each unit of nominal length, rad and deg beyond a limit costs, in the order of `LIMITS`."""
-        return self._priced(np.ones(len(LIMITS)))
+        return self._numbers[1]
 
 
 CONSTRAINTS = {"peterson2011": "legspring.peterson2011.constraints:TABLE_3_1"}

@@ -279,7 +279,7 @@ def flow(
     room = 60 * steps + 60 if record else 0
     while True:
         tape, ends = new_tape(room, room // 2, walker), new_ends(1, steps, walker)
-        many(walker, tape, rows, ways, NO_PUSHES, float(steps), scale, False, ends)
+        many(walker, tape, rows, ways, NO_PUSHES, float(steps), steps, scale, False, ends)
         status = int(ends.status[0])
         if status != TAPE_FULL:
             break
@@ -297,6 +297,7 @@ def flows(
     steps: int = 1,
     along: Sequence[Direction] | Floats = (),
     pushes: Floats = NO_PUSHES,
+    watched: int = 0,
     liftoffs: bool = False,
     work: bool = False,
     accuracy: float = ACCURACY,
@@ -312,6 +313,8 @@ def flows(
         ``(N, n)``.
     pushes
         ``(N, P, 3)``: a push for each (see `flow`).
+    watched
+        Step at whose end the observables and their derivatives are taken; by default the last one.
     liftoffs, work
         Whether to note lift-offs, and the work of legs in the first step.
     workers
@@ -331,7 +334,7 @@ def flows(
         while True:
             tape = new_tape(2 * room if work else 0, room, walker)
             ends = new_ends(len(here), steps, walker, work)
-            many(walker, tape, here, ways, push, float(steps), scale, work, ends)
+            many(walker, tape, here, ways, push, float(steps), watched or steps, scale, work, ends)
             if not room or TAPE_FULL not in ends.status:
                 return ends
             room *= 2

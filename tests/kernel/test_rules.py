@@ -205,7 +205,7 @@ def simulate(
     rows = 6 if walker.yaws else 4
     w = new_walker(walker.side, walker.legs[:, KINDS.index("trigger")], laws, np.zeros((0, 3)), rows, 1 + len(along))
     tape, ends = new_tape(3000, 200, w), new_ends(1, steps, w)
-    many(w, tape, p[None], directions, np.zeros((0, 0, 3)), float(steps), 0.4 * accuracy, False, ends)
+    many(w, tape, p[None], directions, np.zeros((0, 0, 3)), float(steps), steps, 0.4 * accuracy, False, ends)
     return int(ends.status[0]), w, tape, ends.states[0]
 
 

@@ -52,7 +52,7 @@ class Ends(NamedTuple):
         ``(N,)``: how it went; evaluations of the equations of motion.
     seen
         ``(N, 8, 1 + D)``: speed, heading relative to the body, displacement over the last step (x, y), yaw, yaw rate,
-        change of yaw over the last step, and time, at the end; SI units.
+        change of yaw over the last step, and time, at the end of the step that is watched; SI units.
     times, states
         ``(N, S + 1)``, ``(N, S + 1, n)``: of each start of a step, and the end; SI units. Nan where it did not get
         that far.
@@ -147,7 +147,16 @@ def take_step(w: Walker, step: int, end: float, scale: float, tape: Tape) -> int
 
 @driver
 def many(
-    w: Walker, tape: Tape, p: Floats, along: Floats, push: Floats, end: float, scale: float, work: bool, out: Ends
+    w: Walker,
+    tape: Tape,
+    p: Floats,
+    along: Floats,
+    push: Floats,
+    end: float,
+    watched: int,
+    scale: float,
+    work: bool,
+    out: Ends,
 ) -> None:
     """Simulate from each row of parameters, until the clock says ``end``, or for so many steps if none goes by it.
 
@@ -161,6 +170,8 @@ def many(
         ``(N, P, 3)``: one for each row, or ``(0, P, 3)``: what is in the walker.
     end
         Step durations, or steps.
+    watched
+        Step at whose end the observables are taken; of no step, they are those of the start.
     scale
         Largest error estimate of an integration step, m.
     work
@@ -188,10 +199,14 @@ def many(
             status = take_step(w, step, end, scale, tape)
             if status == OK and step <= end:
                 note(w, time, step, out.times[row], out.states[row])
+            if status == OK and step == watched:
+                observe(w, p[row], along, out.seen[row])
         out.status[row], out.evaluations[row] = status, int(w.clock[EVALUATIONS])
         if status != OK:
+            fill(out.seen[row], math.nan)
             continue
-        observe(w, p[row], along, out.seen[row])
+        if step == 0:
+            observe(w, p[row], along, out.seen[row])
         note_liftoffs(tape, time, w.clock[TIME], out.liftoffs[row])
         if work:
             write_work(tape, 0.0, out.times[row, 1] / time, w.room, out.work[row])
