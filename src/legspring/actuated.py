@@ -106,7 +106,8 @@ class Actuated:
     def base(self, actuation: Floats) -> Floats:
         """Return all parameters where the unknowns are zero, ``(N, n)``, for actuations ``(N, P)``."""
         magnitudes = np.atleast_2d(actuation) * self.lengths
-        p = np.repeat(self.problem.base[None], len(magnitudes), axis=0)
+        p = np.empty((len(magnitudes), len(self.problem.base)))
+        p[:] = self.problem.base
         p[:, self._places] = magnitudes[:, self.system.pair]
         return p
 
@@ -179,12 +180,13 @@ class Actuated:
         """
         pairs, unit = len(self.lengths), self.system.step_duration
         phase, swing = points[:, pairs + 1 :], self._swing * points[:, :pairs]
-        angles = np.empty((*phase.shape, 2))
-        down, up = swing * np.cos(phase), swing * np.cos(math.pi / unit * time + phase)
-        approach = points[:, pairs, None] * self._approach
-        angles[..., 0] = self._side * np.degrees(np.arctan(approach) - np.arctan(down))
-        angles[..., 1] = -self._side * np.degrees(np.arctan(up + rate) - np.arctan(up))
-        return angles
+        rates = np.empty((4, *phase.shape))
+        # At touch-down and at lift-off: of the length, and of the force-free length.
+        rates[0], rates[1] = points[:, pairs, None] * self._approach, swing * np.cos(phase)
+        rates[3] = swing * np.cos(math.pi / unit * time + phase)
+        rates[2] = rates[3] + rate
+        slopes = self._side * np.degrees(np.arctan(rates))
+        return np.stack([slopes[0] - slopes[1], slopes[3] - slopes[2]], axis=-1)
 
 
 def pair_lengths(animal: Animal) -> Floats:
