@@ -208,7 +208,10 @@ class GaitProblem:
             mirror = -1.0 if self.symmetry.mirrored and name in ASIDE else 1.0
             at_end[row, PLACES[name]], at_start[row, PLACES[name]] = mirror / self.unit(name), -1.0 / self.unit(name)
             turns[row] = 2.0 * math.pi if name in ANGLES else 0.0
-        return Task(along, low.copy(), high.copy(), at_end, at_start, np.zeros(len(self.conditions)), turns)
+        # Nothing is beyond the range where a speed and phases are sought that go with each other; elsewhere searches
+        # come back from there.
+        given, stops = np.zeros(len(self.conditions)), "Dy" in self.pins
+        return Task(along, low.copy(), high.copy(), at_end, at_start, given, turns, stops)
 
     def points(self, z: Floats, base: Floats | None = None) -> Floats:
         """Return all parameters at some unknowns, ``(N, n)``; other parameters than the system's may be the base."""

@@ -41,6 +41,8 @@ class Task(NamedTuple):
         ``(m, 8)``, ``(m, 7)``, ``(m,)``: what must be zero is ``at_end @ seen + at_start @ p[:7] - given``.
     turns
         ``(m,)``: what a condition may differ by and be the same (a whole turn of an angle), or 0.
+    stops
+        Whether a search ends where it would leave the range; else it takes shorter steps.
     """
 
     along: Floats
@@ -50,6 +52,7 @@ class Task(NamedTuple):
     at_start: Floats
     given: Floats
     turns: Floats
+    stops: bool
 
 
 class Workspace(NamedTuple):
@@ -230,10 +233,10 @@ def find_zero(
     """
     for c in range(room.best_residual.size):
         room.best_residual[c] = math.inf
-    best, damping = math.inf, FIRST_DAMPING
+    best, damping, inside = math.inf, FIRST_DAMPING, True
     copy(z, room.trial)
     for iteration in range(1, iterations + 1):
-        total = evaluate(w, task, base, room.trial, steps, scale, room)
+        total = evaluate(w, task, base, room.trial, steps, scale, room) if inside else math.inf
         if total < best:
             copy(room.trial, z)
             copy(room.residual, room.best_residual)
@@ -250,10 +253,11 @@ def find_zero(
             damping = max(5.0 * damping, 1e-6)
         solved, damping = damped_move(room.best_jacobian, room.best_residual, damping, room.square, room.move)
         if not solved or damping > MOST_DAMPING:
-            return STALLED, iteration
+            return STALLED if inside else OUT_OF_RANGE, iteration
         for e in range(z.size):
             room.trial[e] = z[e] + room.move[e]
-        if not is_inside(task, room.trial):
+        inside = is_inside(task, room.trial)
+        if task.stops and not inside:
             return OUT_OF_RANGE, iteration
     return OUT_OF_STEPS, iterations
 
