@@ -242,6 +242,8 @@ def test_a_problem_counts_unknowns_and_conditions(roach: Animal) -> None:
         GaitProblem(system, phases, {"mean_speed": "desired_speed", "lateral_drift": 0.0})
     with pytest.raises(ValueError, match=r"given = 'colour': must be one of speed, heading, Dx, Dy, mean_speed"):
         GaitProblem(system, phases, {"colour": 1.0})
+    with pytest.raises(ValueError, match="mean_speed = 'colour': must be a number, or one of speed, heading"):
+        GaitProblem(system, phases, {**whole.given, "mean_speed": "colour"})
     with pytest.raises(ValueError, match="free = 'slope': must be a parameter to which"):
         GaitProblem(system, ("slope", *phases), whole.given)
     with pytest.raises(ValueError, match=r"'X': must be a pair \(F, M, B\) or a leg"):

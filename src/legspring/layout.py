@@ -399,7 +399,11 @@ class System:
         return signs
 
     def _valid_names(self) -> list[str]:
-        return [*(name for name in PLACES if self.has(name)), "slope_deg", *(f"F.{name}" for name in LEG)]
+        return [
+            *(name for name in PLACES if self.has(name)),
+            "slope_deg",
+            *(f"{self.animal.pairs[0]}.{name}" for name in LEG),
+        ]
 
     def has(self, name: str) -> bool:
         """Whether a parameter that is none of a leg has a meaning."""

@@ -91,10 +91,12 @@ class GaitProblem:
 
     def __post_init__(self) -> None:
         """Count unknowns and conditions."""
-        for name in self.given:
+        for name, wanted in self.given.items():
             if name not in (*self._state, *TARGETS):
                 valid = ", ".join([*self._state, *TARGETS])
                 raise ValueError(f"given = {shown(name)}: must be one of {valid}")
+            if isinstance(wanted, str) and wanted not in PLACES:
+                raise ValueError(f"{name} = {shown(wanted)}: must be a number, or one of {', '.join(PLACES)}")
         for name in self.free:
             if name in TIED:
                 raise ValueError(f"free = {name!r}: must be a parameter to which the animal's laws tie no other")
