@@ -136,8 +136,8 @@ def test_all_events_of_many_legs_are_recorded(roach: Animal) -> None:
     many_legs, none = np.concatenate([p[:13], legs.ravel()]), np.zeros(60)
     touchdowns = {}
     for room in (20, 500):
-        w = new_walker(-np.ones(60), none, none, np.zeros((0, 3)), 4, 1)
-        tape, ends = new_tape(500, room, w), new_ends(1, 2, w)
+        w = new_walker(-np.ones(60), none, none, np.zeros((0, 3)), 4, 0)
+        tape, ends = new_tape(500, room, w), new_ends(1, 2, 0, w)
         ways = np.zeros((0, len(many_legs)))
         many(w, tape, many_legs[None], ways, np.zeros((0, 0, 3)), 2.0, 2, 1e-12, False, ends)
         touchdowns[room] = ends.status[0], int(np.count_nonzero(tape.events[: tape.counts[1], 2] == TOUCHDOWN))

@@ -149,7 +149,7 @@ class Flow:
     @property
     def state(self) -> Floats:
         """State at the end and its derivatives, ``(n, 1 + D)``; SI units."""
-        y, rate = self.walker.y.copy(), 1.0 / self.unit
+        y, rate = self.walker.y[:, : 1 + len(self.along)].copy(), 1.0 / self.unit
         for row in (VX, VY, *([YAW_RATE] if self.system.yaws else [])):
             y[row, 1:] -= y[row, 0] * self.along[:, STEP_DURATION] * rate
             y[row] *= rate
@@ -275,10 +275,10 @@ def flow(
     if not 0 <= steps <= MOST_STEPS_AT_ONCE:
         raise ValueError(f"steps = {steps!r}: must be from 0 to {MOST_STEPS_AT_ONCE}")
     ways, scale, rows = directions(system, along), system.error_scale(accuracy), p[None]
-    walker = system.walker(1 + len(ways), push)
+    walker = system.walker(len(ways), push)
     room = 60 * steps + 60 if record else 0
     while True:
-        tape, ends = new_tape(room, room // 2, walker), new_ends(1, steps, walker)
+        tape, ends = new_tape(room, room // 2, walker), new_ends(1, steps, len(ways), walker)
         many(walker, tape, rows, ways, NO_PUSHES, float(steps), steps, scale, False, ends)
         status = int(ends.status[0])
         if status != TAPE_FULL:
@@ -329,11 +329,11 @@ def flows(
 
     def simulate(rows: slice) -> Ends:
         here, push = np.ascontiguousarray(p[rows]), pushes[rows] if len(pushes) else pushes
-        walker = system.walker(1 + len(ways), np.zeros(pushes.shape[1:]))
+        walker = system.walker(len(ways), np.zeros(pushes.shape[1:]))
         room = 30 * steps + 30 if liftoffs or work else 0
         while True:
             tape = new_tape(2 * room if work else 0, room, walker)
-            ends = new_ends(len(here), steps, walker, work)
+            ends = new_ends(len(here), steps, len(ways), walker, work)
             many(walker, tape, here, ways, push, float(steps), watched or steps, scale, work, ends)
             if not room or TAPE_FULL not in ends.status:
                 return ends

@@ -420,9 +420,9 @@ class System:
         triggers = np.array([trigger(leg, names) for leg in legs])
         return self.side, triggers, np.array([address(leg.length_law) for leg in legs])
 
-    def walker(self, width: int, push: Floats) -> Walker:
-        """Return a walker of the kernel for this animal, with jets of a width."""
-        return new_walker(*self._topology, push, self.rows, width)
+    def walker(self, directions: int, push: Floats) -> Walker:
+        """Return a walker of the kernel for this animal, with room for derivatives along so many directions."""
+        return new_walker(*self._topology, push, self.rows, directions)
 
     def error_scale(self, accuracy: float = ACCURACY) -> float:
         """Largest error estimate of a step (m) for the states to be accurate to the given relative accuracy.

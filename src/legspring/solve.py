@@ -170,7 +170,7 @@ def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, ba
     """
     z, system, task = np.array(starts, dtype=float, ndmin=2), problem.system, problem.task
     p = np.repeat(problem.base[None], len(z), axis=0) if base is None else base
-    walker = system.walker(1 + problem.size, NO_PUSH)
+    walker = system.walker(problem.size, NO_PUSH)
     room, count = newton.new_workspace(task, walker), len(z)
     whole, real = np.zeros((3, count), np.int64), np.zeros((2, count))
     found = newton.Found(whole[0], real[0], real[1], whole[1], whole[2])

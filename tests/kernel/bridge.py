@@ -91,8 +91,8 @@ def attempt(
     """Walk with the given parameters and directions, however it ends; `room` is what the tape has for steps, events."""
     p, along = numbers
     rows, none = 4 if problem.inertia is None else 6, np.zeros(problem.n_legs)
-    walker = new_walker(problem.function.astype(float), none, none, push, rows, 1 + len(along))
-    tape, ends = new_tape(room, room, walker), new_ends(1, int(end), walker)
+    walker = new_walker(problem.function.astype(float), none, none, push, rows, len(along))
+    tape, ends = new_tape(room, room, walker), new_ends(1, int(end), len(along), walker)
     many(walker, tape, p[None], along, np.zeros((0, 0, 3)), end, int(end), error_scale(problem, accuracy), False, ends)
     return Walk(problem, int(ends.status[0]), walker, tape, ends.states[0])
 

@@ -203,8 +203,8 @@ def simulate(
     directions = np.array([direction(walker, which, index) for which, index in along]).reshape(len(along), len(p))
     laws = np.full(len(walker.legs), address(text or LAWS[walker.law]))
     rows = 6 if walker.yaws else 4
-    w = new_walker(walker.side, walker.legs[:, KINDS.index("trigger")], laws, np.zeros((0, 3)), rows, 1 + len(along))
-    tape, ends = new_tape(3000, 200, w), new_ends(1, steps, w)
+    w = new_walker(walker.side, walker.legs[:, KINDS.index("trigger")], laws, np.zeros((0, 3)), rows, len(along))
+    tape, ends = new_tape(3000, 200, w), new_ends(1, steps, len(along), w)
     many(w, tape, p[None], directions, np.zeros((0, 0, 3)), float(steps), steps, 0.4 * accuracy, False, ends)
     return int(ends.status[0]), w, tape, ends.states[0]
 
@@ -336,7 +336,7 @@ def test_two_steps_are_one_after_the_other() -> None:
     along: list[Direction] = [("start", 0), ("start", 1)]
 
     def step(walker: Walker, steps: int) -> tuple[Any, Any]:
-        vx, vy = (y := simulate(walker, steps, along)[1].y)[[VX, VY]]
+        vx, vy = (y := simulate(walker, steps, along)[1].y[:, : 1 + len(along)])[[VX, VY]]
         speed, course = np.hypot(vx[0], vy[0]), np.arctan2(-vx[0], vy[0])
         rows = [(vx[0] * vx[1:] + vy[0] * vy[1:]) / speed, (vx[0] * vy[1:] - vy[0] * vx[1:]) / speed**2]
         assert np.max(np.abs(y[Y])) < 1e-12  # the section: where the foot touches the ground

@@ -119,35 +119,21 @@ def four_pushes(
 
 
 @formula
-def one_push(weights: Floats, j: int, first: np.uint64, last: int, k: Floats, row: Index, d: int) -> float:
-    """Do it for one direction."""
-    total = weights[j, 0] * k[0, row, d]
-    for m in range(first, np.uint64(last)):
-        total += weights[j, m] * k[m, row, d]
-    return total
-
-
-@formula
 def place_all(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
     """Do what `place` does for the derivatives, in the same fours as `plain_tangents`, which reads them."""
     width, now = y.shape[1], C[j]
     for n in range(y.shape[0] // 2):
         row, rate = rows_of(n)
-        if width > 4:
-            for first in range(1, width, 4):
-                d = np.uint64(min(first, width - 4))
-                p, q, r, t = four_pushes(AA, j, AA_FROM[j], j - 1, k, rate, d)
-                p, q = (
-                    y[row, d] + h * (now * y[rate, d] + h * p),
-                    y[row, d + ONE] + h * (now * y[rate, d + ONE] + h * q),
-                )
-                r = y[row, d + TWO] + h * (now * y[rate, d + TWO] + h * r)
-                t = y[row, d + THREE] + h * (now * y[rate, d + THREE] + h * t)
-                out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
-        else:
-            for one in range(1, width):
-                total = one_push(AA, j, AA_FROM[j], j - 1, k, rate, one)
-                out[row, one] = y[row, one] + h * (now * y[rate, one] + h * total)
+        for first in range(1, width, 4):
+            d = np.uint64(min(first, width - 4))
+            p, q, r, t = four_pushes(AA, j, AA_FROM[j], j - 1, k, rate, d)
+            p, q = (
+                y[row, d] + h * (now * y[rate, d] + h * p),
+                y[row, d + ONE] + h * (now * y[rate, d + ONE] + h * q),
+            )
+            r = y[row, d + TWO] + h * (now * y[rate, d + TWO] + h * r)
+            t = y[row, d + THREE] + h * (now * y[rate, d + THREE] + h * t)
+            out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
 
 
 @formula
@@ -156,20 +142,16 @@ def speed_all(y: Floats, h: float, j: int, k: Floats, out: Floats) -> None:
     width = y.shape[1]
     for n in range(y.shape[0] // 2):
         _, row = rows_of(n)
-        if width > 4:
-            for first in range(1, width, 4):
-                d = np.uint64(min(first, width - 4))
-                p, q, r, t = four_pushes(A, j, A_FROM[j], j, k, row, d)
-                p, q, r, t = (
-                    y[row, d] + h * p,
-                    y[row, d + ONE] + h * q,
-                    y[row, d + TWO] + h * r,
-                    y[row, d + THREE] + h * t,
-                )
-                out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
-        else:
-            for one in range(1, width):
-                out[row, one] = y[row, one] + h * one_push(A, j, A_FROM[j], j, k, row, one)
+        for first in range(1, width, 4):
+            d = np.uint64(min(first, width - 4))
+            p, q, r, t = four_pushes(A, j, A_FROM[j], j, k, row, d)
+            p, q, r, t = (
+                y[row, d] + h * p,
+                y[row, d + ONE] + h * q,
+                y[row, d + TWO] + h * r,
+                y[row, d + THREE] + h * t,
+            )
+            out[row, d], out[row, d + ONE], out[row, d + TWO], out[row, d + THREE] = p, q, r, t
 
 
 @formula

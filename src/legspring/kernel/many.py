@@ -75,13 +75,13 @@ class Ends(NamedTuple):
     work: Floats
 
 
-def new_ends(count: int, steps: int, w: Walker, work: bool = False) -> Ends:
+def new_ends(count: int, steps: int, directions: int, w: Walker, work: bool = False) -> Ends:
     """Return room for what becomes of so many simulations; `many` says what is unknown."""
-    n_legs, (rows, width) = w.legs.shape[0], w.y.shape
+    n_legs, rows = w.legs.shape[0], w.y.shape[0]
     return Ends(
         np.empty(count, np.int64),
         np.empty(count, np.int64),
-        np.empty((count, N_SEEN, width)),
+        np.empty((count, N_SEEN, 1 + directions)),
         np.empty((count, steps + 1)),
         np.empty((count, steps + 1, rows)),
         np.empty((count, n_legs)),
@@ -97,14 +97,14 @@ def observe(w: Walker, p: Floats, along: Floats, out: Floats) -> None:
     rate, yaws = 1.0 / time, w.y.shape[0] == 6
     vx, vy = y[VX, 0], y[VY, 0]
     speed = math.hypot(vx, vy)
-    for d in range(y.shape[1]):
+    for d in range(out.shape[1]):
         out[DX, d], out[DY, d] = y[X, d] - w.section[X, d], y[Y, d] - w.section[Y, d]
         out[START_YAW, d], out[START_YAW_RATE, d], out[TURN, d] = 0.0, 0.0, 0.0
         if yaws:
             out[START_YAW, d], out[START_YAW_RATE, d] = y[YAW, d], y[YAW_RATE, d] * rate
             out[TURN, d] = y[YAW, d] - w.section[YAW, d]
     out[SPEED, 0], out[HEADING, 0], out[DURATION, 0] = speed * rate, math.atan2(-vx, vy), w.clock[TIME] * time
-    for d in range(1, y.shape[1]):
+    for d in range(1, out.shape[1]):
         # The unit of time may depend on the parameters, too.
         growth = along[d - 1, STEP_DURATION] * rate
         out[SPEED, d] = ((vx * y[VX, d] + vy * y[VY, d]) / speed - speed * growth) * rate
@@ -112,7 +112,7 @@ def observe(w: Walker, p: Floats, along: Floats, out: Floats) -> None:
         out[START_YAW_RATE, d] -= out[START_YAW_RATE, 0] * growth
         out[DURATION, d] = (w.lag[d] + w.clock[TIME] * growth) * time
     if yaws:
-        for d in range(y.shape[1]):
+        for d in range(out.shape[1]):
             out[HEADING, d] -= y[YAW, d]
 
 
@@ -209,7 +209,7 @@ def many(
             observe(w, p[row], along, out.seen[row])
         note_liftoffs(tape, time, w.clock[TIME], out.liftoffs[row])
         if work:
-            write_work(tape, 0.0, out.times[row, 1] / time, w.room, out.work[row])
+            write_work(tape, 0.0, out.times[row, 1] / time, w.room, w.struts, out.work[row])
             for i in range(w.legs.shape[0]):
                 for sign in range(2):
                     out.work[row, i, sign] *= mass / time**2

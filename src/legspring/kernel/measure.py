@@ -2,17 +2,22 @@
 
 import math
 
+import numba
 import numpy as np
 
 from legspring.kernel.dop853 import interpolate
-from legspring.kernel.jit import driver, formula, jit
-from legspring.kernel.length import law, phase_at
+from legspring.kernel.jit import driver, formula, jit, shared
+from legspring.kernel.length import Pair, law, phase_at
 from legspring.kernel.motion import leg_force, turn
-from legspring.kernel.walker import Floats, Ints, Tape
+from legspring.kernel.walker import JET, JETS, TAPE, Floats, Ints, Tape
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
-PARTS = 4
-"""Parts of a step over which a force or power is integrated, or looked at, by itself."""
+LOOKS = np.concatenate([[0.0], 0.5 + 0.5 * NODES, [1.0]])
+"""Where in a step a leg is looked at, to see where its force or the rate of its length changes sign."""
+NOTHING = 1e-9
+"""What is a smaller part of the largest value seen has no sign at an end of a step: there stances begin and end."""
+PRECISE = 1e-8
+"""How well, in fractions of a step, it must be known where a sign changes: power is nearly zero there."""
 SAMPLES = 12
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 ALL_LEGS = -1
@@ -24,18 +29,22 @@ def step_span(tape: Tape, n: int) -> float:
     return (tape.time[n + 1] - tape.time[n]) / tape.size[n]
 
 
-@jit
-def leg_rates(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, float]:
-    """Force (per mass, > 0 pulling) and rate of length of leg i at the fraction x of step n."""
-    interpolate(tape.y[n], tape.dense[n], x, y)
-    s = tape.time[n] + x * tape.size[n]
-    phase = phase_at(s)
-    lean = turn(y)
+@formula
+def rates_of(tape: Tape, n: int, s: float, i: int, lean: Pair, phase: Pair, y: Floats) -> tuple[float, float]:
+    """Force (per mass, > 0 pulling) and rate of length of leg i in a state that is one of step n."""
     rx, ry, hx, hy, r, force = leg_force(s, y, tape.stance[n], i, lean, phase)
     vx, vy = -y[2, 0], -y[3, 0]
     if y.shape[0] == 6:
         vx, vy = vx + y[5, 0] * hy, vy - y[5, 0] * hx
     return force, (rx * vx + ry * vy) / r
+
+
+@jit
+def leg_rates(tape: Tape, n: int, x: float, i: int, y: Floats) -> tuple[float, float]:
+    """Force and rate of length of leg i, as `rates_of`, at the fraction x of step n."""
+    interpolate(tape.y[n], tape.dense[n], x, y)
+    s = tape.time[n] + x * tape.size[n]
+    return rates_of(tape, n, s, i, turn(y), phase_at(s), y)
 
 
 @driver
@@ -86,39 +95,69 @@ def leg_series(tape: Tape, index: Ints, times: Floats, y: Floats) -> Floats:
 
 @jit
 def sign_change(tape: Tape, n: int, i: int, which: int, a: float, b: float, y: Floats) -> float:
-    """Bisect for the zero of the force (0) or the rate of length (1) of leg i between fractions a and b."""
-    start = leg_rates(tape, n, a, i, y)[which]
-    for _ in range(50):
-        middle = 0.5 * (a + b)
-        if start * leg_rates(tape, n, middle, i, y)[which] > 0.0:
-            a = middle
+    """Find the zero of the force (0) or the rate of length (1) of leg i between two fractions (Illinois method)."""
+    at_a, at_b = leg_rates(tape, n, a, i, y)[which], leg_rates(tape, n, b, i, y)[which]
+    for _ in range(60):
+        x = b - at_b * (b - a) / (at_b - at_a)
+        if abs(x - b) < PRECISE:
+            return x
+        at_x = leg_rates(tape, n, x, i, y)[which]
+        if at_x * at_b < 0.0:
+            a, at_a = b, at_b
         else:
-            b = middle
-    return 0.5 * (a + b)
+            at_a *= 0.5
+        b, at_b = x, at_x
+    return b
 
 
 @jit
-def piece_work(tape: Tape, n: int, i: int, a: float, b: float, y: Floats) -> float:
-    """Work (per mass) of leg i on the body between two fractions of step n (Gauss-Legendre)."""
+def add_piece(tape: Tape, n: int, i: int, a: float, b: float, y: Floats, work: Floats) -> None:
+    """Add the work (per mass) of leg i on the body between two fractions of step n (Gauss-Legendre)."""
     total = 0.0
     for j in range(NODES.size):
         force, rate = leg_rates(tape, n, 0.5 * (a + b) + 0.5 * (b - a) * NODES[j], i, y)
         total -= WEIGHTS[j] * force * rate
-    return 0.5 * (b - a) * tape.size[n] * total
+    work[i, 0 if total > 0.0 else 1] += 0.5 * (b - a) * tape.size[n] * total
 
 
 @jit
-def add_work(tape: Tape, n: int, i: int, a: float, b: float, y: Floats, work: Floats) -> None:
-    """Add leg i's work between two fractions, cut where its sign can change, to its positive or negative part."""
-    force_a, rate_a = leg_rates(tape, n, a, i, y)
-    force_b, rate_b = leg_rates(tape, n, b, i, y)
-    first = sign_change(tape, n, i, 0, a, b, y) if force_a * force_b < 0.0 else b
-    second = sign_change(tape, n, i, 1, a, b, y) if rate_a * rate_b < 0.0 else b
-    low, high = min(first, second), max(first, second)
-    for start, stop in ((a, low), (low, high), (high, b)):
-        if stop > start:
-            piece = piece_work(tape, n, i, start, stop, y)
-            work[i, 0 if piece > 0.0 else 1] += piece
+def look_at_legs(tape: Tape, n: int, span: float, y: Floats, looks: Floats) -> None:
+    """Write force and rate of length of each leg at `LOOKS` of step n, 0 for what has no sign at its ends."""
+    for j in range(LOOKS.size):
+        interpolate(tape.y[n], tape.dense[n], span * LOOKS[j], y)
+        s = tape.time[n] + span * LOOKS[j] * tape.size[n]
+        lean, phase = turn(y), phase_at(s)
+        for i in range(tape.down.shape[1]):
+            if tape.down[n, i] != 0.0:
+                looks[j, i, 0], looks[j, i, 1] = rates_of(tape, n, s, i, lean, phase, y)
+    for i in range(tape.down.shape[1]):
+        for which in range(2):
+            most = 0.0
+            for j in range(LOOKS.size):
+                most = max(most, abs(looks[j, i, which]))
+            for j in (0, LOOKS.size - 1):
+                if abs(looks[j, i, which]) < NOTHING * most:
+                    looks[j, i, which] = 0.0
+
+
+@jit
+def add_work(tape: Tape, n: int, i: int, span: float, y: Floats, looks: Floats, work: Floats) -> None:
+    """Add leg i's work in step n, cut where its sign can change, to its positive or negative part."""
+    start = total = 0.0
+    for j in range(LOOKS.size - 1):
+        a, b = span * LOOKS[j], span * LOOKS[j + 1]
+        first = sign_change(tape, n, i, 0, a, b, y) if looks[j, i, 0] * looks[j + 1, i, 0] < 0.0 else b
+        second = sign_change(tape, n, i, 1, a, b, y) if looks[j, i, 1] * looks[j + 1, i, 1] < 0.0 else b
+        for cut in (min(first, second), max(first, second)):
+            if cut < b:
+                add_piece(tape, n, i, start, cut, y, work)
+                start = cut
+    if start > 0.0:
+        add_piece(tape, n, i, start, span, y, work)
+        return
+    for j in range(NODES.size):
+        total -= WEIGHTS[j] * looks[j + 1, i, 0] * looks[j + 1, i, 1]
+    work[i, 0 if total > 0.0 else 1] += 0.5 * span * tape.size[n] * total
 
 
 @driver
@@ -130,24 +169,24 @@ def leg_work(tape: Tape, first: float, last: float) -> Floats:
     ndarray
         ``(L, 2)``, in m^2 per step duration squared; the second column is negative.
     """
-    work = np.zeros((tape.down.shape[1], 2))
-    write_work(tape, first, last, np.zeros(tape.y.shape[1:]), work)
+    n_legs = tape.down.shape[1]
+    work = np.zeros((n_legs, 2))
+    write_work(tape, first, last, np.zeros(tape.y.shape[1:]), np.zeros((LOOKS.size, n_legs, 2)), work)
     return work
 
 
-@jit
-def write_work(tape: Tape, first: float, last: float, y: Floats, work: Floats) -> None:
-    """Write what `leg_work` returns, given room for a state."""
+@shared(numba.void, TAPE, numba.float64, numba.float64, JET, JETS, JET)
+def write_work(tape: Tape, first: float, last: float, y: Floats, looks: Floats, work: Floats) -> None:
+    """Write what `leg_work` returns, given room for a state, and for looks at the legs, ``(8, L, 2)`` or more."""
     for i in range(work.shape[0]):
         work[i, 0] = work[i, 1] = 0.0
     for n in range(tape.counts[0]):
         if tape.time[n] >= first and tape.time[n + 1] <= last:
             span = step_span(tape, n)
+            look_at_legs(tape, n, span, y, looks)
             for i in range(work.shape[0]):
                 if tape.down[n, i] != 0.0:
-                    for part in range(PARTS):
-                        a, b = span * part / PARTS, span * (part + 1) / PARTS
-                        add_work(tape, n, i, a, b, y, work)
+                    add_work(tape, n, i, span, y, looks, work)
 
 
 @jit

@@ -248,19 +248,8 @@ def plain_tangents(
     The last four may have some in common with those before.
     """
     width = y.shape[1]
-    if width > 4:
-        for d in range(1, width, 4):
-            four_tangents(y, stance, contacts, body, struts, lean, phase, np.uint64(min(d, width - 4)), out, yaws)
-        return
-    for d in range(1, width):
-        ax, ay, am = 0.0, -body[GRAVITY, d], 0.0
-        for i in range(contacts.shape[0]):
-            if contacts[i, DOWN] != 0.0:
-                x, y_, m = tangent(y, stance[i], struts[i], lean, phase, d, yaws)
-                ax, ay, am = ax + x, ay + y_, am + m
-        out[VX, d], out[VY, d] = ax, ay
-        if yaws:
-            out[YAW_RATE, d] = am
+    for d in range(1, width, 4):
+        four_tangents(y, stance, contacts, body, struts, lean, phase, np.uint64(min(d, width - 4)), out, yaws)
 
 
 @formula

@@ -160,9 +160,13 @@ class Tape(NamedTuple):
     events: Floats
 
 
-def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: int, width: int) -> Walker:
+FEWEST_DIRECTIONS = 4
+"""Jets have room for as many at least, or for none: four at a time are faster than one."""
+
+
+def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: int, directions: int) -> Walker:
     """Return a walker with its numbers still to be packed; ``rows`` is 4 where the yaw is held, else 6."""
-    n_legs = len(side)
+    n_legs, width = len(side), 1 + (max(directions, FEWEST_DIRECTIONS) if directions else 0)
     legs, contacts = np.zeros((n_legs, N_LEG, width)), np.zeros((n_legs, N_CONTACT))
     legs[:, TRIGGER, 0], legs[:, FORMULA, 0], contacts[:, SIDE] = trigger, law, side
     y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
@@ -221,8 +225,8 @@ def blank_tape(steps: int, events: int, n_legs: int, rows: int, width: int) -> T
     )
 
 
-_example = new_walker(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4, 1)
+_example = new_walker(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4, 0)
 WALKER: Any = typeof(_example)
 """Numba's type of all walkers."""
 TAPE: Any = typeof(new_tape(1, 1, _example))
-JET: Any = typeof(_example.y)
+JET, JETS = typeof(_example.y), typeof(_example.k)
