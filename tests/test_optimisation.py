@@ -279,7 +279,8 @@ def trade() -> list[Gait]:
 
 def test_a_trade_off_leads_from_the_most_stable_gait_to_the_cheapest(trade: list[Gait]) -> None:
     ends = [best((10.0, 0.15, "A", goal, "reduced")) for goal in ("stability", "efficiency")]
-    assert trade[0].reduced_eigenvalue == pytest.approx(ends[0].value, abs=1e-6)
+    # Two eigenvalues nearly meet there: the value that the search saw of them has fewer digits.
+    assert trade[0].reduced_eigenvalue == pytest.approx(ends[0].reduced_eigenvalue, abs=1e-6)
     assert trade[-1].transport_cost == pytest.approx(ends[1].value, abs=1e-6)
     assert 4 <= len(trade) <= 5
     assert all(gait.invalid() is None and gait.family == "A" for gait in trade)

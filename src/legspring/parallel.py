@@ -16,7 +16,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from contextvars import ContextVar
 from typing import Any, BinaryIO, TypeVar
 
@@ -26,6 +26,8 @@ S = TypeVar("S")
 T = TypeVar("T")
 LOG = logging.getLogger("legspring")
 START = "import sys; sys.path[:] = {}; from legspring.parallel import serve; serve()"
+PORTIONS = 16
+"""Portions that each thread's share of the work comes in."""
 PATIENCE = 0.4
 """Seconds that a process has to end by itself."""
 
@@ -34,11 +36,18 @@ def in_threads(
     work: Callable[[S], T], items: Iterable[S], workers: int, tick: Callable[[int], None] = lambda _: None
 ) -> list[T]:
     """Return what a function returns for each of some items, in their order."""
-    results = []
-    with ThreadPoolExecutor(workers) as pool:
-        for result in pool.map(work, items):
-            results.append(result)
-            tick(1)
+    tasks, results = list(items), list[T]()
+    # A thread takes some at a time: to hand over one costs as much as to do what is small.
+    size = max(1, len(tasks) // (PORTIONS * workers))
+    portions = [tasks[n : n + size] for n in range(0, len(tasks), size)]
+
+    def work_on(portion: list[S]) -> list[T]:
+        return [work(item) for item in portion]
+
+    with ThreadPoolExecutor(workers) if workers > 1 else nullcontext() as pool:
+        for done in map(work_on, portions) if pool is None else pool.map(work_on, portions):
+            results += done
+            tick(len(done))
     return results
 
 

@@ -23,6 +23,8 @@ LONGEST_MOVE = 1.0
 """Largest change of an unknown in one iteration."""
 PATIENCE = 6
 """Iterations before a search may be given up for want of progress."""
+SLOW, LITTLE = 0.98, 0.9
+"""What is left of the sum of squares after a move that was not worth it, and if the move before had failed."""
 NEAR = 1e-4
 """Sum of squared residuals below which Newton's method needs no damping."""
 FIRST_DAMPING, MOST_DAMPING = 1e-3, 1e3
@@ -170,6 +172,18 @@ def damped_move(jacobian: Floats, residual: Floats, damping: float, square: Floa
 
 
 @formula
+def left_by(jacobian: Floats, residual: Floats, move: Floats) -> float:
+    """Sum of squares that a move leaves by the Jacobian."""
+    total = 0.0
+    for e in range(residual.size):
+        left = residual[e]
+        for a in range(move.size):
+            left += jacobian[e, a] * move[a]
+        total += left * left
+    return total
+
+
+@formula
 def write_conditions(task: Task, seen: Floats, p: Floats, residual: Floats, jacobian: Floats) -> None:
     """Write what is left of the conditions, and their derivatives by the unknowns."""
     for c in range(residual.size):
@@ -233,7 +247,7 @@ def find_zero(
     """
     for c in range(room.best_residual.size):
         room.best_residual[c] = math.inf
-    best, damping, inside = math.inf, FIRST_DAMPING, True
+    best, damping, inside, failed = math.inf, FIRST_DAMPING, True, False
     copy(z, room.trial)
     for iteration in range(1, iterations + 1):
         total = evaluate(w, task, base, room.trial, steps, scale, room) if inside else math.inf
@@ -243,16 +257,19 @@ def find_zero(
             copy(room.jacobian, room.best_jacobian)
             if largest(room.residual) <= goal:
                 return CONVERGED, iteration
-            if iteration > PATIENCE and total > 0.98 * best and total > NEAR**2:
+            enough = LITTLE if failed else SLOW if iteration > PATIENCE else 1.0
+            if total > enough * best and total > NEAR**2:
                 return STALLED, iteration
-            best = total
+            best, failed = total, False
             damping *= 0.2 if total > NEAR else 0.0
         elif best == math.inf:
             return BROKEN, iteration
         else:
-            damping = max(5.0 * damping, 1e-6)
+            damping, failed = max(5.0 * damping, 1e-6), True
         solved, damping = damped_move(room.best_jacobian, room.best_residual, damping, room.square, room.move)
-        if not solved or damping > MOST_DAMPING:
+        # Where a leg lifts off another way the conditions jump, and no move that is short enough gains anything.
+        vain = failed and inside and left_by(room.best_jacobian, room.best_residual, room.move) > LITTLE * best
+        if not solved or vain or damping > MOST_DAMPING:
             return STALLED if inside else OUT_OF_RANGE, iteration
         for e in range(z.size):
             room.trial[e] = z[e] + room.move[e]
