@@ -420,6 +420,10 @@ class System:
         triggers = np.array([trigger(leg, names) for leg in legs])
         return self.side, triggers, np.array([address(leg.length_law) for leg in legs])
 
+    @cached_property
+    def _longest(self) -> float:
+        return max(leg.length for leg in self.animal.legs)
+
     def walker(self, directions: int, push: Floats) -> Walker:
         """Return a walker of the kernel for this animal, with room for derivatives along so many directions."""
         return new_walker(*self._topology, push, self.rows, directions)
@@ -433,7 +437,7 @@ class System:
         number = checked_number("accuracy", accuracy, valid, 1e-3)
         if number < 1e-14:
             raise ValueError(f"accuracy = {shown(accuracy)}: must be {valid}")
-        return 0.4 * number * max(leg.length for leg in self.animal.legs)
+        return 0.4 * number * self._longest
 
 
 def numbers_of(leg: Leg) -> list[float]:

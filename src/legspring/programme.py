@@ -70,10 +70,11 @@ class Point:
         """Derivatives of angles and measure."""
         along = steps_taken(self.left[0], self.by[0])
         angles, measure = self.programme.measure(self.x + DIFFERENCE * along.T)
+        rows = np.hstack([angles - self.angles, measure - self.measure]) / DIFFERENCE
         # Next to where there is nothing to evaluate, any slope will do.
-        slopes = (np.nan_to_num((b - a) / DIFFERENCE) for a, b in ((self.angles, angles), (self.measure, measure)))
-        by_angles, by_measure = (rows.T @ along.T for rows in slopes)
-        return by_angles, by_measure
+        rows[np.isnan(rows)] = 0.0
+        by_x = rows.T @ along.T
+        return by_x[: len(self.angles)], by_x[len(self.angles) :]
 
 
 class Programme:

@@ -257,11 +257,11 @@ def find_zero(
             copy(room.jacobian, room.best_jacobian)
             if largest(room.residual) <= goal:
                 return CONVERGED, iteration
-            enough = LITTLE if failed else SLOW if iteration > PATIENCE else 1.0
-            if total > enough * best and total > NEAR**2:
+            slow = iteration > PATIENCE and total > SLOW * best and total > NEAR**2
+            if slow or (failed and total > LITTLE * best):
                 return STALLED, iteration
+            damping *= 0.2 if failed or total > NEAR else 0.0
             best, failed = total, False
-            damping *= 0.2 if total > NEAR else 0.0
         elif best == math.inf:
             return BROKEN, iteration
         else:
