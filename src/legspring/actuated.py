@@ -7,7 +7,7 @@ candidates, and wants a few numbers of each, soon.
 import math
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -24,19 +24,15 @@ What = Literal["ends", "cost", "complete", "reduced"]
 
 GOAL = 1e-9
 """Largest residual of a candidate."""
-STATES: dict[What, tuple[str, ...]] = {
-    "ends": (),
-    "cost": (),
-    "reduced": ("speed", "heading"),
-    "complete": ("speed", "heading", "Dx", "Dy"),
-}
-"""State that the map of a stride, or of a step, maps."""
-PLACED = [PLACES[name] for name in STATES["complete"]]
-"""Where it is among what is observed, as far as it goes."""
+MAPS = get_args(Map)
+STATE = ("speed", "heading", "Dx", "Dy")
+"""State that the complete map maps; the reduced one is that of the first two, over a stride."""
+PLACED = [PLACES[name] for name in STATE]
+"""Where it is among what is observed."""
 
 
 class Measured(NamedTuple):
-    """What a stride from each of N candidates shows; nan where it cannot be simulated.
+    """What a step from each of N candidates shows of gaits; nan where it cannot be simulated.
 
     Attributes
     ----------
@@ -89,7 +85,7 @@ class Actuated:
         self.heading = problem.pins["heading"]
         self.lengths, firsts = pair_lengths(system.animal), list(system.animal.first_legs)
         self._first, self._side = np.array(firsts), system.side[firsts]
-        self._old = np.flatnonzero(system.offset)
+        self._old = np.array(system.animal.partners)[firsts]
         self._places = np.array([system.place(leg, "actuation") for leg in range(len(system.pair))])
         names = [f"{pair}.actuation" for pair in system.animal.pairs]
         self._along = np.array([problem.direction(name) for name in names]) * self.lengths[:, None]
@@ -140,22 +136,27 @@ class Actuated:
         return None if np.isnan(values).any() else (values, np.concatenate([by[..., size:], by[..., :size]], axis=2))
 
     def measure(self, candidates: Floats, what: What) -> Measured:
-        """Simulate a stride from candidates, ``(N, P + n)``."""
+        """Simulate a step from candidates, ``(N, P + n)``; the next one is taken to mirror it, as in a gait."""
         points, pairs, system = np.atleast_2d(candidates), len(self.lengths), self.system
         p = self.problem.points(points[:, pairs:], self.base(points[:, :pairs]))
-        ways, scales = self._states[what]
-        watched = 1 if what == "complete" else 2
-        ends = flows(system, p, steps=2, along=ways, watched=watched, liftoffs=True, work=what == "cost")
-        jacobians = ends.seen[:, PLACED[: len(ways)], 1:] * scales[:, None]
-        cost = np.full(len(p), np.nan)
-        if what == "cost":
-            cost = np.sum(np.abs(ends.work), axis=(1, 2)) / self._weight
-        time, rate = ends.liftoffs[:, self._first, 0], ends.liftoffs[:, self._first, 1]
-        fine, late = ends.status == OK, time[:, system.pair[self._old]] > system.step_duration
+        (ways, scales), maps = self._state, what in MAPS
+        ends = flows(system, p, along=ways if maps else ways[:0], liftoffs=True, work=what == "cost")
+        fine, first, old = ends.status == OK, ends.liftoffs[:, self._first], ends.liftoffs[:, self._old]
+        # A leg that is not up by the end of the step lifts off in the next one, as its old image does in this one.
+        late = np.isnan(first[:, :, 0])
+        time = np.where(late, old[:, :, 0] + system.step_duration, first[:, :, 0])
+        rate = np.where(late, old[:, :, 1], first[:, :, 1])
         is_gait = fine & (rate * self._side < 0.0).all(axis=1)
         is_gait &= (late == (ends.down[:, self._old] != 0.0)).all(axis=1)
         angles = self._angles(points, time, rate)
         angles[~fine] = np.nan
+        cost, jacobians = np.full(len(p), np.nan), np.full((len(p), 0, 0), np.nan)
+        if what == "cost":
+            cost = np.sum(np.abs(ends.work), axis=(1, 2)) / self._weight
+        if maps:
+            jacobians = ends.seen[:, PLACED, 1:] * scales[:, None]
+        if what == "reduced":
+            jacobians = (jacobians @ jacobians)[:, :2, :2]
         return Measured(angles, is_gait, cost, jacobians)
 
     @cached_property
@@ -164,14 +165,10 @@ class Actuated:
         return self.system.animal.body.mass * self.system.animal.gravity * self.system.step_length
 
     @cached_property
-    def _states(self) -> dict[What, tuple[Floats, Floats]]:
-        """Directions of the state that each map maps, in the units of the unknowns, and what makes such of an image."""
-        found: dict[What, tuple[Floats, Floats]] = {}
-        for what, names in STATES.items():
-            units = np.array([self.problem.unit(name) for name in names])
-            mirror = signs(self.system, names) if what == "complete" else np.ones(len(names))
-            found[what] = self.system.along(names) * units[:, None], mirror / units
-        return found
+    def _state(self) -> tuple[Floats, Floats]:
+        """Directions of the complete state, in the units of the unknowns, and what makes such of its mirrored image."""
+        units = np.array([self.problem.unit(name) for name in STATE])
+        return self.system.along(STATE) * units[:, None], signs(self.system, STATE) / units
 
     def _angles(self, points: Floats, time: Floats, rate: Floats) -> Floats:
         """Return the angles between length and force-free length against time where stances begin and end.

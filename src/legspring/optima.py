@@ -22,18 +22,20 @@ from legspring.memory import Memory
 from legspring.model import Animal
 from legspring.objective import Candidate, Goal, Objective, Penalty, Score
 from legspring.optimisation import (
-    APART,
+    FIRST_ITERATIONS,
     GAIN,
     METHODS,
     TIE,
     End,
     Method,
     approached,
+    are_alike,
     as_good,
     explore,
     finished,
     is_as_good_as_can_be,
     lessen,
+    polish,
     rank,
     scan,
     spread_out,
@@ -57,8 +59,6 @@ LESS = 0.01
 """Difference of the sum of squared actuations that counts as a gain."""
 DOUBT = 0.005
 """Excess of an objective over its neighbours' mean from which on a cell is searched more closely."""
-ALIKE = 0.1
-"""Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
 CHUNK = 20
 """Tasks that a process takes at a time."""
 KINDS = (End, Score, Candidate, Penalty, Constraint)
@@ -130,12 +130,6 @@ def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
     return sorted([*ends, *explore(objective, news)], key=lambda end: end.score.total)[:KEPT]
 
 
-def are_alike(one: Candidate, other: Candidate) -> bool:
-    """Whether searches from two candidates will probably end at the same place."""
-    actuations, phases = np.abs(one.actuation - other.actuation), np.abs(one.unknowns[1:] - other.unknowns[1:])
-    return bool(np.max(actuations) < ALIKE and np.max(phases) < APART)
-
-
 def lessened(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence[End]) -> list[End]:
     """Look for a smaller actuation than the first end's, from starts that are unlike it, as good as the best end."""
     best = min(ends, key=lambda end: end.score.total)
@@ -155,9 +149,10 @@ def polished_again(case: Case, goal: Goal, ends: Sequence[End]) -> list[End]:
     best = min(ends, key=lambda end: end.score.total)
     if is_as_good_as_can_be(objective, best):
         return list(ends)
-    found = explore(objective, [ends[0].candidate])
-    if best_total(found) > best.score.total - GAIN:
+    news = polish(objective, ends[0].candidate, iterations=FIRST_ITERATIONS)
+    if news is None or news.score.total > best.score.total - GAIN:
         return list(ends)
+    found = explore(objective, [news.candidate])
     return settled(case, goal, sorted([*ends, *found], key=lambda end: end.score.total))
 
 

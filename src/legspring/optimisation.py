@@ -57,6 +57,8 @@ FEWEST_STOPS, STOP_EVERY = 4, math.radians(3.0)
 """On the way from one place to another optima are looked for so often, or every so much of the slope."""
 APART = 0.35
 """Difference of phases between starts of polishing, rad."""
+ALIKE = 0.1
+"""Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
 TIE = 1e-3
 """Difference of objectives that does not count."""
 FIRST_ITERATIONS = 8
@@ -392,8 +394,19 @@ def as_good(objective: Objective, best: End) -> float:
 
 
 def ties_of(objective: Objective, ends: Sequence[End]) -> list[Candidate]:
-    """Return the ends that are as good as the first one."""
-    return [end.candidate for end in ends if end.score.total <= as_good(objective, ends[0])]
+    """Return the ends that are as good as the first one, and unlike one another."""
+    chosen: list[Candidate] = []
+    for end in ends:
+        good = end.score.total <= as_good(objective, ends[0])
+        if good and not any(are_alike(end.candidate, other) for other in chosen):
+            chosen.append(end.candidate)
+    return chosen
+
+
+def are_alike(one: Candidate, other: Candidate) -> bool:
+    """Whether searches from two candidates will probably end at the same place."""
+    actuations, phases = np.abs(one.actuation - other.actuation), np.abs(one.unknowns[1:] - other.unknowns[1:])
+    return bool(np.max(actuations) < ALIKE and np.max(phases) < APART)
 
 
 def ties(objective: Objective, candidates: Sequence[Candidate], best: End) -> list[Candidate]:

@@ -23,7 +23,7 @@ LONGEST_MOVE = 1.0
 """Largest change of an unknown in one iteration."""
 PATIENCE = 6
 """Iterations before a search may be given up for want of progress."""
-SLOW, LITTLE = 0.98, 0.9
+SLOW, LITTLE = 0.98, 0.95
 """What is left of the sum of squares after a move that was not worth it, and if the move before had failed."""
 NEAR = 1e-4
 """Sum of squared residuals below which Newton's method needs no damping."""
