@@ -187,11 +187,11 @@ def test_unknown_goals(roach: Animal) -> None:
 def test_a_gait_beside_a_fold_is_approached_step_by_step(roach: Animal) -> None:
     """From the gait itself, the fixed point beside it is too far to be found."""
     objective = Objective(roach, math.radians(15), 0.15, "FB", "efficiency", "reduced")
-    actuation = np.array([0.5685, 0.5789, 0.4234])
-    score = objective(actuation, np.array([1.0533, 1.1521, 0.7762, -1.0753]))
+    actuation = np.array([0.3705, 0.4779, 0.3998])
+    score = objective(actuation, np.array([1.043, 1.2399, 0.5583, -1.2214]))
     assert score.beside is None and score.total > 2.0
     found = objective.approached(score)
-    assert found.beside is not None and found.total < 0.5
+    assert found.beside is not None and found.total < 0.8
     residual = objective.beside.conditions(actuation, found.beside[None])
     assert residual is not None and np.max(np.abs(residual[0])) < 1e-9
     # There is nothing to do any more; nor is there where there is no gait.

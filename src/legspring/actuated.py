@@ -6,12 +6,14 @@ candidates, and wants a few numbers of each, soon.
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 
-from legspring.flow import flows
+from legspring.flow import Simulator
+from legspring.kernel.many import Ends
 from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, PLACES
 from legspring.model import Animal
@@ -31,28 +33,83 @@ PLACED = [PLACES[name] for name in STATE]
 """Where it is among what is observed."""
 
 
-class Measured(NamedTuple):
-    """What a step from each of N candidates shows of gaits; nan where it cannot be simulated.
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a step from each of N candidates shows of gaits, in which the next step mirrors it.
 
     Attributes
     ----------
-    angles
-        ``(N, P, 2)``: angle between length and force-free length against time, deg with rates in m/s, at touch-down and
-        lift-off; positive where the leg begins, and ends, with the force of its function.
-    is_gait
-        ``(N,)``: whether legs lift off, as their function wants, and those down at the start are the right ones. That
-        no leg is idle is left to `legspring.Gait.invalid`.
-    cost
-        ``(N,)``: transport cost (Eq. 3.6).
-    jacobians
-        ``(N, n, n)``: of the reduced map of a stride, or of the complete map of a mirrored step, in units of v_des, rad
-        and v_des t_des.
+    actuated, points, what, ends
+        Whose candidates, ``(N, P + n)``; what was asked for; and what became of them.
     """
 
-    angles: Floats
-    is_gait: np.ndarray[tuple[int], np.dtype[np.bool_]]
-    cost: Floats
-    jacobians: Floats
+    actuated: "Actuated"
+    points: Floats
+    what: What
+    ends: Ends
+
+    @property
+    def angles(self) -> Floats:
+        """Angles between length and force-free length against time, ``(N, P, 2)``, deg with rates in m/s.
+
+        At touch-down and lift-off; positive where the leg begins, and ends, with the force of its function; nan where
+        there is none. Both rates are known from the candidate at touch-down, and differ by the gap's rate at lift-off.
+        """
+        actuated, (_, time, rate) = self.actuated, self._liftoffs
+        pairs, unit = len(actuated.lengths), actuated.system.step_duration
+        phase, swing = self.points[:, pairs + 1 :], actuated.swing * self.points[:, :pairs]
+        rates = np.empty((4, *phase.shape))
+        # At touch-down and at lift-off: of the length, and of the force-free length.
+        rates[0], rates[1] = self.points[:, pairs, None] * actuated.approach, swing * np.cos(phase)
+        rates[3] = swing * np.cos(math.pi / unit * time + phase)
+        rates[2] = rates[3] + rate
+        slopes = actuated.side * np.degrees(np.arctan(rates))
+        angles = np.empty((*phase.shape, 2))
+        angles[..., 0], angles[..., 1] = slopes[0] - slopes[1], slopes[3] - slopes[2]
+        angles[self.ends.status != OK] = np.nan
+        return angles
+
+    @property
+    def is_gait(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Whether legs lift off, as their function wants, and those down at the start are the right ones, ``(N,)``.
+
+        That no leg is idle is left to `legspring.Gait.invalid`.
+        """
+        late, _, rate = self._liftoffs
+        right = (rate * self.actuated.side < 0.0) & (late == (self.ends.down[:, self.actuated.old] != 0.0))
+        found: np.ndarray[tuple[int], np.dtype[np.bool_]] = (self.ends.status == OK) & right.all(axis=1)
+        return found
+
+    @property
+    def cost(self) -> Floats:
+        """Transport costs (Eq. 3.6), ``(N,)``; nan where it is not known."""
+        if self.what != "cost":
+            return np.full(len(self.points), np.nan)
+        system = self.actuated.system
+        weight = system.animal.body.mass * system.animal.gravity
+        cost: Floats = np.sum(np.abs(self.ends.work), axis=(1, 2)) / (weight * system.step_length)
+        return cost
+
+    @property
+    def jacobians(self) -> Floats:
+        """Jacobians of the map that was asked for, ``(N, n, n)``, in units of v_des, rad and v_des t_des.
+
+        Of the complete map of a mirrored step, or of the reduced map of a stride, which takes the rest of its start as
+        it is.
+        """
+        step = self.ends.seen[:, PLACED, 1:] * self.actuated.state[1][:, None]
+        return (step @ step)[:, :2, :2] if self.what == "reduced" else step
+
+    @cached_property
+    def _liftoffs(self) -> tuple[np.ndarray[Any, np.dtype[np.bool_]], Floats, Floats]:
+        """Of each pair, ``(N, P)``: whether legs lift off in the step after their first one; when, and the gap's rate.
+
+        A leg that is not up by the end of the step lifts off in the next one, as its old image does in this one.
+        """
+        first, old = self.ends.liftoffs[:, self.actuated.first], self.ends.liftoffs[:, self.actuated.old]
+        late = np.isnan(first[:, :, 0])
+        time = np.where(late, old[:, :, 0] + self.actuated.system.step_duration, first[:, :, 0])
+        return late, time, np.where(late, old[:, :, 1], first[:, :, 1])
 
 
 class Actuated:
@@ -84,14 +141,15 @@ class Actuated:
         self.problem, self.system, self.family = problem, system, system.family
         self.heading = problem.pins["heading"]
         self.lengths, firsts = pair_lengths(system.animal), list(system.animal.first_legs)
-        self._first, self._side = np.array(firsts), system.side[firsts]
-        self._old = np.array(system.animal.partners)[firsts]
+        self.first, self.side = np.array(firsts), system.side[firsts]
+        self.old = np.array(system.animal.partners)[firsts]
         self._places = np.array([system.place(leg, "actuation") for leg in range(len(system.pair))])
         names = [f"{pair}.actuation" for pair in system.animal.pairs]
-        self._along = np.array([problem.direction(name) for name in names]) * self.lengths[:, None]
+        by_actuation = np.array([problem.direction(name) for name in names]) * self.lengths[:, None]
+        self._along = np.vstack([by_actuation, problem.task.along])
         lean = np.array([system.animal.legs[leg].angle for leg in firsts]) - self.heading
-        self._approach = -system.desired_speed * np.cos(lean)
-        self._swing = -math.pi * self._side * self.lengths / system.step_duration
+        self.approach = -system.desired_speed * np.cos(lean)
+        self.swing = -math.pi * self.side * self.lengths / system.step_duration
 
     def beside(self, heading: float) -> "Actuated":
         """Return the same at another heading."""
@@ -128,62 +186,39 @@ class Actuated:
         values, derivatives
             ``(K, 4)``, ``(K, 4, P + n)``.
         """
-        base = np.repeat(self.base(actuation), len(z), axis=0)
+        p = self.problem.points(z, self.base(actuation))
         if headings is not None:
-            base[:, PLACES["heading"]] = headings
-        values, by = self.problem.residual(z, self._along, base=base)
-        size = self.problem.size
-        return None if np.isnan(values).any() else (values, np.concatenate([by[..., size:], by[..., :size]], axis=2))
+            p[:, PLACES["heading"]] = headings
+        values, by = self.problem.left(p, self._along, self._step(p).seen)
+        return None if np.isnan(values).any() else (values, by)
 
     def measure(self, candidates: Floats, what: What) -> Measured:
         """Simulate a step from candidates, ``(N, P + n)``; the next one is taken to mirror it, as in a gait."""
-        points, pairs, system = np.atleast_2d(candidates), len(self.lengths), self.system
+        points, pairs = np.atleast_2d(candidates), len(self.lengths)
         p = self.problem.points(points[:, pairs:], self.base(points[:, :pairs]))
-        (ways, scales), maps = self._state, what in MAPS
-        ends = flows(system, p, along=ways if maps else ways[:0], liftoffs=True, work=what == "cost")
-        fine, first, old = ends.status == OK, ends.liftoffs[:, self._first], ends.liftoffs[:, self._old]
-        # A leg that is not up by the end of the step lifts off in the next one, as its old image does in this one.
-        late = np.isnan(first[:, :, 0])
-        time = np.where(late, old[:, :, 0] + system.step_duration, first[:, :, 0])
-        rate = np.where(late, old[:, :, 1], first[:, :, 1])
-        is_gait = fine & (rate * self._side < 0.0).all(axis=1)
-        is_gait &= (late == (ends.down[:, self._old] != 0.0)).all(axis=1)
-        angles = self._angles(points, time, rate)
-        angles[~fine] = np.nan
-        cost, jacobians = np.full(len(p), np.nan), np.full((len(p), 0, 0), np.nan)
-        if what == "cost":
-            cost = np.sum(np.abs(ends.work), axis=(1, 2)) / self._weight
-        if maps:
-            jacobians = ends.seen[:, PLACED, 1:] * scales[:, None]
-        if what == "reduced":
-            jacobians = (jacobians @ jacobians)[:, :2, :2]
-        return Measured(angles, is_gait, cost, jacobians)
+        return Measured(self, points, what, self._simulators[what](p))
 
     @cached_property
-    def _weight(self) -> float:
-        """What a transport cost is counted in: m g by the desired displacement of a step, J."""
-        return self.system.animal.body.mass * self.system.animal.gravity * self.system.step_length
-
-    @cached_property
-    def _state(self) -> tuple[Floats, Floats]:
+    def state(self) -> tuple[Floats, Floats]:
         """Directions of the complete state, in the units of the unknowns, and what makes such of its mirrored image."""
         units = np.array([self.problem.unit(name) for name in STATE])
         return self.system.along(STATE) * units[:, None], signs(self.system, STATE) / units
 
-    def _angles(self, points: Floats, time: Floats, rate: Floats) -> Floats:
-        """Return the angles between length and force-free length against time where stances begin and end.
+    @cached_property
+    def _step(self) -> Simulator:
+        """A step, with derivatives by actuation and unknowns."""
+        return Simulator(self.system, along=self._along)
 
-        Both rates are known from the candidate at touch-down, and differ by the gap's rate at lift-off.
-        """
-        pairs, unit = len(self.lengths), self.system.step_duration
-        phase, swing = points[:, pairs + 1 :], self._swing * points[:, :pairs]
-        rates = np.empty((4, *phase.shape))
-        # At touch-down and at lift-off: of the length, and of the force-free length.
-        rates[0], rates[1] = points[:, pairs, None] * self._approach, swing * np.cos(phase)
-        rates[3] = swing * np.cos(math.pi / unit * time + phase)
-        rates[2] = rates[3] + rate
-        slopes = self._side * np.degrees(np.arctan(rates))
-        return np.stack([slopes[0] - slopes[1], slopes[3] - slopes[2]], axis=-1)
+    @cached_property
+    def _simulators(self) -> dict[What, Simulator]:
+        """A step with its lift-offs, and with what else is asked for: work of legs, or derivatives by the state."""
+        by_state = Simulator(self.system, along=self.state[0], liftoffs=True)
+        return {
+            "ends": Simulator(self.system, liftoffs=True),
+            "cost": Simulator(self.system, liftoffs=True, work=True),
+            "complete": by_state,
+            "reduced": by_state,
+        }
 
 
 def pair_lengths(animal: Animal) -> Floats:

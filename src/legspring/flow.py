@@ -290,6 +290,55 @@ def flow(
     return Flow(system, p, ways, ends.seen[0], ends.times[0], ends.states[0], walker, tape)
 
 
+class Simulator:
+    """Simulations that differ in their parameters only, one after another: for one thread at a time.
+
+    Parameters and errors are those of `flows`; ``knots`` is the number of knots of a push.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        *,
+        steps: int = 1,
+        along: Sequence[Direction] | Floats = (),
+        watched: int = 0,
+        liftoffs: bool = False,
+        work: bool = False,
+        accuracy: float = ACCURACY,
+        knots: int = 0,
+    ) -> None:
+        self.steps, self.along, self.work = steps, directions(system, along), work
+        self._watched, self._scale = watched or steps, system.error_scale(accuracy)
+        self._walker = system.walker(len(self.along), np.zeros((knots, 3)))
+        self._room = 30 * steps + 30 if liftoffs or work else 0
+        self._tape = self._blank_tape()
+
+    def _blank_tape(self) -> Tape:
+        return new_tape(2 * self._room if self.work else 0, self._room, self._walker)
+
+    def __call__(self, p: Floats, pushes: Floats = NO_PUSHES) -> Ends:
+        """Simulate from rows of parameters, ``(N, n)``, contiguous in memory."""
+        while True:
+            ends = new_ends(len(p), self.steps, len(self.along), self._walker, self.work)
+            many(
+                self._walker,
+                self._tape,
+                p,
+                self.along,
+                pushes,
+                float(self.steps),
+                self._watched,
+                self._scale,
+                self.work,
+                ends,
+            )
+            if not self._room or TAPE_FULL not in ends.status:
+                return ends
+            self._room *= 2
+            self._tape = self._blank_tape()
+
+
 def flows(
     system: System,
     p: Floats,
@@ -325,19 +374,20 @@ def flows(
     Ends
         What became of each; nothing is raised for those that could not be carried to their end.
     """
-    ways, scale = directions(system, along), system.error_scale(accuracy)
+    knots = pushes.shape[1] if len(pushes) else 0
 
     def simulate(rows: slice) -> Ends:
-        here, push = np.ascontiguousarray(p[rows]), pushes[rows] if len(pushes) else pushes
-        walker = system.walker(len(ways), np.zeros(pushes.shape[1:]))
-        room = 30 * steps + 30 if liftoffs or work else 0
-        while True:
-            tape = new_tape(2 * room if work else 0, room, walker)
-            ends = new_ends(len(here), steps, len(ways), walker, work)
-            many(walker, tape, here, ways, push, float(steps), watched or steps, scale, work, ends)
-            if not room or TAPE_FULL not in ends.status:
-                return ends
-            room *= 2
+        alike = Simulator(
+            system,
+            steps=steps,
+            along=along,
+            watched=watched,
+            liftoffs=liftoffs,
+            work=work,
+            accuracy=accuracy,
+            knots=knots,
+        )
+        return alike(np.ascontiguousarray(p[rows]), pushes[rows] if len(pushes) else NO_PUSHES)
 
     count = max(1, min(workers, len(p)))
     if count == 1:

@@ -245,15 +245,20 @@ class GaitProblem:
         values, derivatives
             ``(N, m)``, ``(N, m, size + len(along))``; nan where a step cannot be simulated.
         """
-        task, p = self.task, self.points(z, base)
+        p = self.points(z, base)
         more = [self.direction(one) if isinstance(one, str) else one for one in along]
-        ways = np.vstack([task.along, *more])
-        seen = flows(self.system, p, steps=self.symmetry.steps, along=ways, accuracy=accuracy).seen
+        ways = np.vstack([self.task.along, *more])
+        ends = flows(self.system, p, steps=self.symmetry.steps, along=ways, accuracy=accuracy)
+        return self.left(p, ways, ends.seen)
+
+    def left(self, p: Floats, along: Floats, seen: Floats) -> tuple[Floats, Floats]:
+        """Return what is left of the conditions at parameters from which this was seen, and its derivatives."""
+        task = self.task
         values = seen[:, :, 0] @ task.at_end.T + p[:, : len(START)] @ task.at_start.T
         if task.turns.any():
             turns = np.where(task.turns > 0.0, task.turns, np.inf)
             values -= np.where(task.turns > 0.0, task.turns * np.round(values / turns), 0.0)
-        return values, task.at_end @ seen[:, :, 1:] + task.at_start @ ways[:, : len(START)].T
+        return values, task.at_end @ seen[:, :, 1:] + task.at_start @ along[:, : len(START)].T
 
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
