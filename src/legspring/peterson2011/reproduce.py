@@ -186,7 +186,7 @@ class Store:
     def yaw_section(self) -> Section:
         """What yaw changes."""
         atlas = self.atlas
-        fates = self._stored("yaw_fates", lambda: yawing.fates(atlas))
+        fates = self._stored("yaw_fates", lambda: yawing.fates(atlas, self.workers))
         hips = self._stored("yaw_hips", lambda: yawing.hips_moved_back(self.workers))
         return yawing.section(atlas, self.yawing, self.yaw_held, fates, hips)
 

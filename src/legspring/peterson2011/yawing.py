@@ -7,8 +7,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from legspring.checks import checked_workers
 from legspring.gait import Gait
 from legspring.model import Animal, load_animal
+from legspring.parallel import processes
 from legspring.peterson2011.claims.evidence import animal_of, exists
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Section
@@ -42,13 +44,15 @@ def held(workers: int | None = None) -> xr.Dataset:
     return atlas(animal, slopes_deg=SLOPES_DEG, impulses=(), starts=STARTS, workers=workers)
 
 
-def fates(point_mass: xr.Dataset) -> xr.Dataset:
+def fates(point_mass: xr.Dataset, workers: int | None = None) -> xr.Dataset:
     """Follow gaits of the point mass while its hips move to where they are and its inertia comes from infinity.
 
     Parameters
     ----------
     point_mass
         Its atlas; only the slopes of the tables and every other heading count.
+    workers
+        Processes; by default one a core.
 
     Returns
     -------
@@ -56,14 +60,15 @@ def fates(point_mass: xr.Dataset) -> xr.Dataset:
         Over slope_deg, heading and branch: ``reached``, how far the gait could be followed (1: all the way), missing
         where there is none, and ``loss``, why not farther.
     """
-    path = straight(animal_of(point_mass), rigid_cockroach())
     some = point_mass.isel(heading=slice(1, None, 2))
     some = some.isel(slope_deg=np.flatnonzero(np.isin(some["slope_deg"], SLOPES_DEG)))
     dims = ("slope_deg", "heading", "branch")
     reached, loss = xr.full_like(some["speed"], np.nan), xr.full_like(some["family"], "")
-    for place, gait in gaits_of(some):
-        end = walk(gait, path)
-        reached.loc[place], loss.loc[place] = end.places[-1], str(end.loss or "")
+    found, rigid = list(gaits_of(some)), rigid_cockroach()
+    with processes(checked_workers(workers)) as pool:
+        ends = pool.map(pool.call, [(fate, gait, rigid) for _, gait in found])
+        for (place, _), end in zip(found, ends, strict=True):
+            reached.loc[place], loss.loc[place] = end
     reached.attrs = {"long_name": "how far the gait could be followed", "units": "1"}
     about = {"title": "Gaits of the point mass, followed to the rigid body"}
     return xr.Dataset(
@@ -71,6 +76,12 @@ def fates(point_mass: xr.Dataset) -> xr.Dataset:
         {dim: some[dim] for dim in dims},
         provenance(animal_of(point_mass), {}) | about,
     )
+
+
+def fate(gait: Gait, rigid: Animal) -> tuple[float, str]:
+    """Return how far a gait can be followed on the straight way to another animal, and why not farther."""
+    end = walk(gait, straight(gait.animal, rigid))
+    return end.places[-1], str(end.loss or "")
 
 
 def gaits_of(dataset: xr.Dataset) -> Iterator[tuple[dict[str, float], Gait]]:
