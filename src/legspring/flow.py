@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.many import DURATION, Ends, many, new_ends
-from legspring.kernel.measure import leg_series, state_series
+from legspring.kernel.many import Ends, many, new_ends
+from legspring.kernel.measure import write_series
 from legspring.kernel.pack import GRAVITATION, MASS, STEP_DURATION
+from legspring.kernel.walk import DURATION
 from legspring.kernel.walker import (
     DOWN,
     EVENT_LOST,
@@ -206,10 +207,9 @@ class Flow:
         tape = self.tape
         count = int(tape.counts[0])
         index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
-        y = np.zeros((len(times), *tape.y.shape[1:]))
-        state_series(tape, index, np.asarray(times), y)
-        states = y[:, :, 0]
-        free, force = np.moveaxis(leg_series(tape, index, times, states), -1, 0)
+        y, legs = np.zeros((len(times), *tape.y.shape[1:])), np.zeros((len(times), tape.down.shape[1], 2))
+        write_series(tape, index, np.asarray(times), y, legs)
+        states, (free, force) = y[:, :, 0], np.moveaxis(legs, -1, 0)
         stance, down = tape.stance[index, :, :, 0], tape.down[index] != 0.0
         states = np.pad(states, ((0, 0), (0, 6 - states.shape[1])))
         states[:, [VX, VY, YAW_RATE]] /= self.unit

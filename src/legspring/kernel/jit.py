@@ -9,9 +9,11 @@ in which a signal (Ctrl-C) may raise; compiled code does not look, and crashes.
 """
 
 import ctypes
+import gc
 import hashlib
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -111,6 +113,18 @@ class InnerPipeline(Compiler):
         return super().define_pipelines()  # type: ignore[no-untyped-call]
 
 
+@contextmanager
+def no_collection() -> Iterator[None]:
+    """Keep Python from looking for garbage: compilers make a great many objects that stay, and it takes an eighth."""
+    usual = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if usual:
+            gc.enable()
+
+
 def driver(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a function that Python calls; only such a one can make arrays."""
     compiled: Any = kept(njit(**OPTIONS)(function))
@@ -119,7 +133,8 @@ def driver(function: Callable[P, R]) -> Callable[P, R]:
     def compile_or_load(signature: Any) -> Any:
         for stock in STOCK:
             stock.provide()
-        return by_numba(signature)
+        with no_collection():
+            return by_numba(signature)
 
     compiled.compile = compile_or_load
     result: Callable[P, R] = compiled
@@ -157,7 +172,8 @@ class Shared:
         if not self.provided:
             usual, settings.SLP_VECTORIZE = settings.SLP_VECTORIZE, 1
             try:
-                self.compiled.compile(self.arguments)
+                with no_collection():
+                    self.compiled.compile(self.arguments)
             finally:
                 settings.SLP_VECTORIZE = usual
             made = self.compiled.overloads[self.arguments]

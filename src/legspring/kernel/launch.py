@@ -2,12 +2,11 @@
 
 import math
 
-import numba
-
 from legspring.kernel.contact import FIRST_STEP, aim, clear, copy, moves, put_down, raise_leg
-from legspring.kernel.jit import formula, jit, shared
+from legspring.kernel.jit import formula, jit
 from legspring.kernel.length import delay_law, law, phase_at
 from legspring.kernel.motion import measure_gaps
+from legspring.kernel.pack import pack
 from legspring.kernel.walker import (
     ACTUATION,
     ALL_PLAIN,
@@ -51,10 +50,10 @@ from legspring.kernel.walker import (
     TURN,
     VX,
     VY,
-    WALKER,
     WATCHED,
     YAW,
     YAW_RATE,
+    Floats,
     Walker,
     X,
     Y,
@@ -172,15 +171,18 @@ def set_natural_times(w: Walker, speed: float) -> None:
     w.clock[FASTEST], w.clock[SLOWEST] = shortest, longest
 
 
-@shared(numba.void, WALKER)
-def launch(w: Walker) -> None:
+@jit
+def launch(p: Floats, along: Floats, w: Walker) -> None:
     """Set a walker to the start of a step.
 
     Parameters
     ----------
+    p, along
+        Parameters and directions (see `pack`).
     w
-        Changed in place.
+        Changed in place; what `legspring.kernel.pack.pack_directions` writes is there already.
     """
+    pack(p, along, w)
     set_motion(w)
     w.clock[TIME] = 0.0
     # With three leg lengths a body that yaws comes out as accurate as one that does not.

@@ -56,41 +56,27 @@ def stretch_rates(tape: Tape, n: int, x: float, i: int) -> tuple[float, float]:
 
 
 @driver
-def state_series(tape: Tape, index: Ints, times: Floats, out: Floats) -> None:
-    """Write the states, with their derivatives, at some times into ``out``; each is in the step of this index."""
-    for row in range(times.size):
-        n = index[row]
-        interpolate(tape.y[n], tape.dense[n], (times[row] - tape.time[n]) / tape.size[n], out[row])
-
-
-@driver
-def leg_series(tape: Tape, index: Ints, times: Floats, y: Floats) -> Floats:
-    """Force-free length and force (per mass, > 0 pulling) of the legs at some times.
+def write_series(tape: Tape, index: Ints, times: Floats, states: Floats, legs: Floats) -> None:
+    """Write what there is at some times.
 
     Parameters
     ----------
     tape
         What was simulated.
-    index
-        ``(T,)``: the step in which each time is.
-    times, y
-        ``(T,)``, ``(T, n)``: times, and the states then.
-
-    Returns
-    -------
-    ndarray
-        ``(T, L, 2)``; without meaning for legs in swing.
+    index, times
+        ``(T,)``: the step in which each time is, and the time.
+    states
+        ``(T, n, C)``: filled with the states and their derivatives.
+    legs
+        ``(T, L, 2)``: filled with force-free length and force (per mass, > 0 pulling), without meaning in swing.
     """
-    out = np.zeros((times.size, tape.down.shape[1], 2))
-    state = np.zeros((y.shape[1], 1))
     for row in range(times.size):
-        state[:, 0] = y[row]
-        s, stance = times[row], tape.stance[index[row]]
-        lean, phase = turn(state), phase_at(s)
-        for i in range(out.shape[1]):
-            out[row, i, 0] = law(s, stance, i, phase)[0]
-            out[row, i, 1] = leg_force(s, state, stance, i, lean, phase)[5]
-    return out
+        n, s, y = index[row], times[row], states[row]
+        interpolate(tape.y[n], tape.dense[n], (s - tape.time[n]) / tape.size[n], y)
+        lean, phase = turn(y), phase_at(s)
+        for i in range(legs.shape[1]):
+            legs[row, i, 0] = law(s, tape.stance[n], i, phase)[0]
+            legs[row, i, 1] = leg_force(s, y, tape.stance[n], i, lean, phase)[5]
 
 
 @jit
@@ -146,9 +132,12 @@ def add_work(tape: Tape, n: int, i: int, span: float, y: Floats, looks: Floats, 
     start = total = 0.0
     for j in range(LOOKS.size - 1):
         a, b = span * LOOKS[j], span * LOOKS[j + 1]
-        first = sign_change(tape, n, i, 0, a, b, y) if looks[j, i, 0] * looks[j + 1, i, 0] < 0.0 else b
-        second = sign_change(tape, n, i, 1, a, b, y) if looks[j, i, 1] * looks[j + 1, i, 1] < 0.0 else b
-        for cut in (min(first, second), max(first, second)):
+        first = second = b
+        for which in range(2):
+            if looks[j, i, which] * looks[j + 1, i, which] < 0.0:
+                cut = sign_change(tape, n, i, which, a, b, y)
+                first, second = min(first, cut), max(first, cut)
+        for cut in (first, second):
             if cut < b:
                 add_piece(tape, n, i, start, cut, y, work)
                 start = cut
@@ -160,7 +149,6 @@ def add_work(tape: Tape, n: int, i: int, span: float, y: Floats, looks: Floats, 
     work[i, 0 if total > 0.0 else 1] += 0.5 * span * tape.size[n] * total
 
 
-@driver
 def leg_work(tape: Tape, first: float, last: float) -> Floats:
     """Positive and negative work of each leg on the body, per mass, between two times at which steps end.
 
@@ -171,8 +159,14 @@ def leg_work(tape: Tape, first: float, last: float) -> Floats:
     """
     n_legs = tape.down.shape[1]
     work = np.zeros((n_legs, 2))
-    write_work(tape, first, last, np.zeros(tape.y.shape[1:]), np.zeros((LOOKS.size, n_legs, 2)), work)
+    measure_work(tape, first, last, np.zeros(tape.y.shape[1:]), np.zeros((LOOKS.size, n_legs, 2)), work)
     return work
+
+
+@driver
+def measure_work(tape: Tape, first: float, last: float, y: Floats, looks: Floats, work: Floats) -> None:
+    """Do what `write_work` does, for Python."""
+    write_work(tape, first, last, y, looks, work)
 
 
 @shared(numba.void, TAPE, numba.float64, numba.float64, JET, JETS, JET)
@@ -218,13 +212,17 @@ def summit(tape: Tape, n: int, x: float, width: float, i: int, axis: int, sign: 
     return sign * force_at(tape, n, 0.5 * (a + b), i, y)[axis]
 
 
-@driver
 def largest_force(tape: Tape, i: int, axis: int, sign: float, first: float, last: float) -> float:
     """Maximum of sign times a component of the force of leg i (or of all legs) between two times.
 
     At least zero for one leg, which bears nothing in swing; in m per step duration squared.
     """
-    y = np.zeros(tape.y.shape[1:])
+    return find_largest_force(tape, i, axis, sign, first, last, np.zeros(tape.y.shape[1:]))
+
+
+@driver
+def find_largest_force(tape: Tape, i: int, axis: int, sign: float, first: float, last: float, y: Floats) -> float:
+    """Do what `largest_force` does, given room for a state."""
     best, step, where = -math.inf, -1, 0.0
     for n in range(tape.counts[0]):
         if tape.time[n] >= first and tape.time[n + 1] <= last and (i == ALL_LEGS or tape.down[n, i] != 0.0):

@@ -86,7 +86,7 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
     slide(w.ahead, shift, w.k[12], w.k[12], w.y)
-    all_rates(s + shift, w.y, w, 13)
+    all_rates(s + shift, w.y, w, w.struts[13], w.k[13])
     slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 

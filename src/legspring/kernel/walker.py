@@ -229,4 +229,4 @@ _example = new_walker(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4
 WALKER: Any = typeof(_example)
 """Numba's type of all walkers."""
 TAPE: Any = typeof(new_tape(1, 1, _example))
-JET, JETS = typeof(_example.y), typeof(_example.k)
+ROW, JET, JETS = typeof(_example.clock), typeof(_example.y), typeof(_example.k)
