@@ -188,7 +188,14 @@ def test_derivatives_at_the_kink_of_the_step_law_are_one_sided(roach: Animal) ->
     assert "kink at 0.35 m/s" in str(system.one_sided("slope"))
     words = {p.name: p.words for p in ls.parameters(roach, slope_deg=0)}
     assert "kink" in words["slope_deg"] and "kink" in words["desired_speed"] and "kink" not in words["mass"]
-    assert "later" in words["F.offset"]
+    assert "later" in words["F.offset"] and "later" not in words["FR.offset"]
+    assert "more" in words["damping"] and "more" not in words["F.actuation"]
+
+
+def test_stances_of_whole_steps_can_only_become_shorter(roach: Animal) -> None:
+    for stance, shorter in ((1.0, True), (0.8, False)):
+        system = System(roach.replace(stance=stance), 0.5, "A")
+        assert ("shorter" in str(system.one_sided("F.stance"))) == shorter
 
 
 def test_any_number_of_an_animal_may_be_replaced(roach: Animal) -> None:

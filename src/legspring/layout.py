@@ -8,7 +8,7 @@ free, followed, varied: all of these are directions.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -82,6 +82,24 @@ def trigger(leg: Leg, names: Sequence[str]) -> float:
     if leg.follows is not None:
         return names.index(leg.follows) + 1.0
     return float(GROUND if leg.touchdown == "ground" else CLOCK)
+
+
+ONE_SIDED: dict[str, tuple[Callable[[float], bool], str]] = {
+    "offset": (
+        lambda offset: offset == 0.0,
+        "a step begins with this touch-down: derivatives are those of a later one, in the same step",
+    ),
+    "stance": (
+        lambda stance: stance > 0.0 and stance % 1.0 == 0.0,
+        "the stance ends with a step: derivatives are those of a shorter one",
+    ),
+    "damping": (lambda damping: damping == 0.0, "it cannot be less: derivatives are those of more"),
+    "actuation": (
+        lambda actuation: actuation == 0.0,
+        "it cannot be less: derivatives are those of more",
+    ),
+}
+"""Quantities of legs that have a kink: at which values, and what holds there."""
 
 
 @dataclass(frozen=True)
@@ -367,9 +385,11 @@ class System:
                 return None
             side = "below" if falls else "above"
             return f"the step law has a kink at {self.desired_speed:g} m/s: derivatives are those {side} it"
-        if name.rpartition(".")[2] == "offset" and any(self.offset[leg] == 0.0 for leg in self.legs_of(name)):
-            return "a step begins with this touch-down: derivatives are those of a later one, in the same step"
-        return None
+        quantity = name.rpartition(".")[2]
+        if quantity not in ONE_SIDED:
+            return None
+        at_kink, words = ONE_SIDED[quantity]
+        return words if any(at_kink(self.values[self.place(leg, quantity)]) for leg in self.legs_of(name)) else None
 
     def legs_of(self, name: str) -> dict[int, float]:
         """Return the legs that a parameter is about, and the sign with which each takes part.
