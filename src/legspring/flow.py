@@ -10,10 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.many import Ends, many, new_ends
+from legspring.kernel.many import DURATION, Ends, many, new_ends
 from legspring.kernel.measure import write_series
 from legspring.kernel.pack import GRAVITATION, MASS, STEP_DURATION
-from legspring.kernel.walk import DURATION
 from legspring.kernel.walker import (
     DOWN,
     EVENT_LOST,

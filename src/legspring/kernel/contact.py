@@ -125,7 +125,7 @@ def record_event(tape: Tape, s: float, leg: int, kind: int, rate: float) -> None
 @jit
 def refresh(s: float, w: Walker) -> None:
     """Compute the rates and gaps of the present state."""
-    all_rates(s, w.y, w, w.struts[0], w.k[0])
+    all_rates(s, w.y, w, 0)
     measure_gaps(s, w.y, w.k[0], w.stance, w.contacts, w.clock, w.gaps[0])
 
 
@@ -296,5 +296,5 @@ def go_by_events(s: float, leaving: int, w: Walker, tape: Tape) -> tuple[bool, b
             ends |= happen(s, i, w, tape)
             happened = True
     if lifted and w.y.shape[1] > 1:
-        tangents_at(s, phase_at(s), w.y, w, w.struts[0], w.k[0])
+        tangents_at(s, phase_at(s), w.y, w, 0)
     return happened, ends

@@ -221,20 +221,20 @@ def carry(y: Floats, first: int, last: int, out: Floats) -> None:
 
 
 @jit
-def tangents_at(s: float, phase: Pair, y: Floats, w: Walker, struts: Floats, out: Floats) -> None:
-    """Write the derivatives' rates of a state beside its rates, which left their struts behind, outside of steps."""
-    tangent_rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, struts, out)
+def tangents_at(s: float, phase: Pair, y: Floats, w: Walker, j: int) -> None:
+    """Write the derivatives' rates of a state whose rates are ``w.k[j]`` there as well, where the step does not."""
+    tangent_rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
 
 
 @jit
-def all_rates(s: float, y: Floats, w: Walker, struts: Floats, out: Floats) -> None:
-    """Write the rates of a state at time s, those of the derivatives among them; struts as in `rates`."""
+def all_rates(s: float, y: Floats, w: Walker, j: int) -> None:
+    """Write the rates of a state at time s, those of the derivatives among them, into ``w.k[j]``."""
     phase = phase_at(s)
-    carry(y, 0, y.shape[1], out)
-    rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, struts, out)
+    carry(y, 0, y.shape[1], w.k[j])
+    rates(s, phase, y, w.stance, w.contacts, w.body, w.clock, w.struts[j], w.k[j])
     w.clock[EVALUATIONS] += 1
     if y.shape[1] > 1:
-        tangents_at(s, phase, y, w, struts, out)
+        tangents_at(s, phase, y, w, j)
 
 
 @formula
@@ -273,7 +273,7 @@ def interpolant(s: float, h: float, w: Walker, dense: Floats) -> None:
             else:
                 place(w.y, h, j, w.k, w.room)
                 place_all(w.y, h, j, w.k, w.room)
-                all_rates(s + C[j] * h, w.room, w, w.struts[j], w.k[j])
+                all_rates(s + C[j] * h, w.room, w, j)
     for row in range(w.y.shape[0]):
         for d in range(w.y.shape[1]):
             change = w.ahead[row, d] - w.y[row, d]

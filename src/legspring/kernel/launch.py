@@ -2,8 +2,10 @@
 
 import math
 
+import numba
+
 from legspring.kernel.contact import FIRST_STEP, aim, clear, copy, moves, put_down, raise_leg
-from legspring.kernel.jit import formula, jit
+from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.length import delay_law, law, phase_at
 from legspring.kernel.motion import measure_gaps
 from legspring.kernel.pack import pack
@@ -27,6 +29,7 @@ from legspring.kernel.walker import (
     HEADING,
     HIP_X,
     HIP_Y,
+    JET,
     LENGTH,
     LEVEL,
     LEVER,
@@ -35,6 +38,7 @@ from legspring.kernel.walker import (
     NOTHING,
     OFFSET,
     PLAIN,
+    ROW,
     SIDE,
     SIDE_VIEW,
     SIGN,
@@ -50,6 +54,7 @@ from legspring.kernel.walker import (
     TURN,
     VX,
     VY,
+    WALKER,
     WATCHED,
     YAW,
     YAW_RATE,
@@ -171,7 +176,7 @@ def set_natural_times(w: Walker, speed: float) -> None:
     w.clock[FASTEST], w.clock[SLOWEST] = shortest, longest
 
 
-@jit
+@shared(numba.void, ROW, JET, WALKER)
 def launch(p: Floats, along: Floats, w: Walker) -> None:
     """Set a walker to the start of a step.
 

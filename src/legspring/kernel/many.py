@@ -3,14 +3,48 @@
 import math
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from legspring.kernel.contact import copy, fill
-from legspring.kernel.jit import driver, formula
+from legspring.kernel.jit import driver, formula, shared
+from legspring.kernel.launch import launch
 from legspring.kernel.measure import write_work
 from legspring.kernel.pack import MASS, STEP_DURATION, pack_directions
-from legspring.kernel.walk import N_SEEN, walk
-from legspring.kernel.walker import EVALUATIONS, LIFTOFF, OK, TIME, Floats, Ints, Tape, Walker
+from legspring.kernel.stride import LONGEST_STEP, advance
+from legspring.kernel.walker import (
+    DOWN,
+    DX,
+    DY,
+    EVALUATIONS,
+    EVENT_DRIVEN,
+    HEADING,
+    JET,
+    LIFTOFF,
+    OK,
+    ROW,
+    SLOWEST,
+    SPEED,
+    START_YAW,
+    START_YAW_RATE,
+    TIME,
+    TURN,
+    VX,
+    VY,
+    WALKER,
+    YAW,
+    YAW_RATE,
+    Floats,
+    Ints,
+    Tape,
+    Walker,
+    X,
+    Y,
+)
+
+DURATION = 7
+N_SEEN = 8
+"""Observables: what a start is made of, and the time since the start."""
 
 
 class Ends(NamedTuple):
@@ -60,6 +94,41 @@ def new_ends(count: int, steps: int, directions: int, w: Walker, work: bool = Fa
     )
 
 
+@shared(numba.void, WALKER, ROW, JET, JET)
+def observe(w: Walker, p: Floats, along: Floats, out: Floats) -> None:
+    """Write the observables and their derivatives."""
+    y, time = w.y, p[STEP_DURATION]
+    rate, yaws = 1.0 / time, w.y.shape[0] == 6
+    vx, vy = y[VX, 0], y[VY, 0]
+    speed = math.hypot(vx, vy)
+    for d in range(out.shape[1]):
+        out[DX, d], out[DY, d] = y[X, d] - w.section[X, d], y[Y, d] - w.section[Y, d]
+        out[START_YAW, d], out[START_YAW_RATE, d], out[TURN, d] = 0.0, 0.0, 0.0
+        if yaws:
+            out[START_YAW, d], out[START_YAW_RATE, d] = y[YAW, d], y[YAW_RATE, d] * rate
+            out[TURN, d] = y[YAW, d] - w.section[YAW, d]
+    out[SPEED, 0], out[HEADING, 0], out[DURATION, 0] = speed * rate, math.atan2(-vx, vy), w.clock[TIME] * time
+    for d in range(1, out.shape[1]):
+        # The unit of time may depend on the parameters, too.
+        growth = along[d - 1, STEP_DURATION] * rate
+        out[SPEED, d] = ((vx * y[VX, d] + vy * y[VY, d]) / speed - speed * growth) * rate
+        out[HEADING, d] = (vx * y[VY, d] - vy * y[VX, d]) / speed**2
+        out[START_YAW_RATE, d] -= out[START_YAW_RATE, 0] * growth
+        out[DURATION, d] = (w.lag[d] + w.clock[TIME] * growth) * time
+    if yaws:
+        for d in range(out.shape[1]):
+            out[HEADING, d] -= y[YAW, d]
+
+
+@formula
+def note(w: Walker, time: float, step: int, times: Floats, states: Floats) -> None:
+    """Write time and state at the start of a step."""
+    if step < times.size:
+        times[step] = w.clock[TIME] * time
+        for row in range(w.y.shape[0]):
+            states[step, row] = w.y[row, 0] / time if row in (VX, VY, YAW_RATE) else w.y[row, 0]
+
+
 @formula
 def note_liftoffs(tape: Tape, time: float, end: float, out: Floats) -> None:
     """Write the first lift-off of each leg after the start and before the end."""
@@ -68,6 +137,16 @@ def note_liftoffs(tape: Tape, time: float, end: float, out: Floats) -> None:
         if event[2] == LIFTOFF and 0.0 < event[0] < end:
             leg = int(event[1])
             out[leg, 0], out[leg, 1] = event[0] * time, event[4] / time
+
+
+@formula
+def take_step(w: Walker, step: int, end: float, scale: float, tape: Tape) -> int:
+    """Simulate the step of this number, counted from 1, but not beyond a time ``end``; return how it went."""
+    if step > 1:
+        copy(w.y, w.section)
+    by_clock = w.clock[EVENT_DRIVEN] == 0.0
+    latest = w.clock[TIME] + LONGEST_STEP * w.clock[SLOWEST]
+    return advance(w, min(float(step), end) if by_clock else latest, scale, tape)
 
 
 @driver
@@ -106,6 +185,7 @@ def many(
     """
     pack_directions(along, w)
     for row in range(p.shape[0]):
+        tape.counts[0] = tape.counts[1] = 0
         w.clock[EVALUATIONS] = 0.0
         if push.shape[0] > 0:
             copy(push[row], w.push)
@@ -113,15 +193,26 @@ def many(
             fill(array[row], math.nan)
         fill(out.times[row], math.nan)
         time, mass = p[row, STEP_DURATION], p[row, MASS]
-        times, seen = out.times[row], out.seen[row]
-        status = walk(w, tape, p[row], along, end, watched, scale, out.down[row], times, out.states[row], seen)
+        launch(p[row], along, w)
+        copy(w.contacts[:, DOWN], out.down[row])
+        note(w, time, 0, out.times[row], out.states[row])
+        status, step = OK, 0
+        while status == OK and step < end:
+            step += 1
+            status = take_step(w, step, end, scale, tape)
+            if status == OK and step <= end:
+                note(w, time, step, out.times[row], out.states[row])
+            if status == OK and step == watched:
+                observe(w, p[row], along, out.seen[row])
         out.status[row], out.evaluations[row] = status, int(w.clock[EVALUATIONS])
         if status != OK:
-            fill(seen, math.nan)
+            fill(out.seen[row], math.nan)
             continue
+        if step == 0:
+            observe(w, p[row], along, out.seen[row])
         note_liftoffs(tape, time, w.clock[TIME], out.liftoffs[row])
         if work:
-            write_work(tape, 0.0, times[1] / time, w.room, w.struts, out.work[row])
+            write_work(tape, 0.0, out.times[row, 1] / time, w.room, w.struts, out.work[row])
             for i in range(w.legs.shape[0]):
                 for sign in range(2):
                     out.work[row, i, sign] *= mass / time**2

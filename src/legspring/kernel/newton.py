@@ -12,8 +12,9 @@ import numpy as np
 
 from legspring.kernel.contact import copy
 from legspring.kernel.jit import driver, formula
+from legspring.kernel.launch import launch
+from legspring.kernel.many import N_SEEN, observe, take_step
 from legspring.kernel.pack import pack_directions
-from legspring.kernel.walk import N_SEEN, walk
 from legspring.kernel.walker import EVALUATIONS, N_START, OK, Floats, Ints, Tape, Walker, new_tape
 
 CONVERGED, STALLED, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4
@@ -61,9 +62,6 @@ class Workspace(NamedTuple):
 
     tape: Tape
     p: Floats
-    down: Floats
-    times: Floats
-    states: Floats
     seen: Floats
     residual: Floats
     move: Floats
@@ -91,9 +89,6 @@ def new_workspace(task: Task, w: Walker) -> Workspace:
     return Workspace(
         new_tape(0, 0, w),
         np.zeros(parameters),
-        np.zeros(w.legs.shape[0]),
-        np.zeros(0),
-        np.zeros((0, 0)),
         seen,
         np.zeros(m),
         np.zeros(n),
@@ -214,9 +209,11 @@ def evaluate(w: Walker, task: Task, base: Floats, z: Floats, steps: int, scale: 
         room.p[j] = base[j]
         for e in range(z.size):
             room.p[j] += z[e] * task.along[e, j]
-    end, along = float(steps), task.along
-    if walk(w, room.tape, room.p, along, end, steps, scale, room.down, room.times, room.states, room.seen) != OK:
-        return math.inf
+    launch(room.p, task.along, w)
+    for step in range(1, steps + 1):
+        if take_step(w, step, float(steps), scale, room.tape) != OK:
+            return math.inf
+    observe(w, room.p, task.along, room.seen)
     write_conditions(task, room.seen, room.p, room.residual, room.jacobian)
     total = sum_of_squares(room.residual)
     return total if total < math.inf else math.inf

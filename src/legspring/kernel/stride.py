@@ -5,7 +5,7 @@ import math
 import numba
 
 from legspring.kernel.contact import clear, copy, go_by_clock, go_by_events, refresh, slide_derivatives
-from legspring.kernel.dop853 import all_rates, interpolant, step, step_tangents
+from legspring.kernel.dop853 import STAGES, all_rates, interpolant, step, step_tangents
 from legspring.kernel.events import HERE, NONE, arm, next_event
 from legspring.kernel.jit import formula, jit, shared
 from legspring.kernel.motion import measure_gaps
@@ -86,7 +86,7 @@ def set_push(s: float, push: Floats, clock: Floats) -> None:
 def move_end(s: float, shift: float, w: Walker) -> None:
     """Move the end of a step, ``ahead`` at time s, by a tiny time (Heun), and make it the present."""
     slide(w.ahead, shift, w.k[12], w.k[12], w.y)
-    all_rates(s + shift, w.y, w, w.struts[13], w.k[13])
+    all_rates(s + shift, w.y, w, STAGES + 1)
     slide(w.ahead, shift, w.k[12], w.k[13], w.y)
 
 
