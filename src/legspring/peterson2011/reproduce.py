@@ -400,6 +400,8 @@ def draw_one(figure: ThesisFigure, data: Any, folder: Path) -> None:
     drawn = figure.draw(data)
     for suffix in (".png", ".pdf"):
         save_figure(drawn, folder / f"{figure.stem}{suffix}")
+        # Everything has its place now: to look for it again takes as long as to draw.
+        drawn.set_layout_engine("none")
 
 
 def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
