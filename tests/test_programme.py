@@ -147,6 +147,7 @@ def test_a_start_keeps_all_margins(late: Gait, goal: Goal, of: Map) -> None:
 def test_a_minimised_programme_fulfils_its_equations_and_margins(late: Gait, goal: Goal, of: Map) -> None:
     programme, start = programme_near(late, goal, of)
     x, message = programme.minimise(start)
+    # A search has twenty iterations; some need two more starts from where they ended.
     for _ in range(3):
         x, message = programme.minimise(x)
     assert message == "converged"
