@@ -182,6 +182,21 @@ def test_figures(tmp_path: Path, command: str, option: str) -> None:
     assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("suffix", ["gif", "html", "mp4", "webm"])
+def test_a_gait_is_filmed(tmp_path: Path, suffix: str) -> None:
+    out = tmp_path / f"run.{suffix}"
+    result = run("animate", "cockroach", *HERE, "--strides", "1", "--slow", "10", "--beside", "1", "--out", out)
+    assert (result.exit_code, result.stdout) == (0, "")
+    assert result.stderr.endswith(f"{out}: 0.92 s, 10 times slower\n")
+    assert list(tmp_path.iterdir()) == [out]
+
+
+@pytest.mark.parametrize("command", ["simulate", "recover"])
+def test_what_becomes_of_a_start_is_filmed(tmp_path: Path, command: str) -> None:
+    assert run(command, "cockroach", *HERE, "--animation", tmp_path / "x.gif").exit_code == 0
+    assert (tmp_path / "x.gif").read_bytes().startswith(b"GIF89a")
+
+
 def test_what_cannot_be_drawn_is_said(tmp_path: Path) -> None:
     result = run("gaits", "cockroach", *NO_GAIT, "--figure", tmp_path / "x.png", "--footfalls", tmp_path / "y.png")
     said = [f"legspring: there is nothing to draw into {tmp_path / name}" for name in ("x.png", "y.png")]
@@ -266,6 +281,11 @@ BAD = {
     "simulate cockroach --slope 0 --heading 0 --speed 0.3 --phase 1,2 --family A": "one angle for each of F, M, B",
     "simulate cockroach --slope 0 --heading 0 --speed 0 --phase 1,2,3 --family A": "speed = 0.0: must be a positive",
     "recover cockroach --slope 45 --heading 0.15 --impulse nan": "'--impulse': 'nan': must be a finite number",
+    "animate cockroach --slope 45 --heading 0.15": "Missing option '--out'",
+    "animate cockroach --slope 45 --heading 0.15 --out a.gif --slow 0": "'0': must be a positive finite number",
+    "animate cockroach --slope 45 --heading 0.15 --out a.gif --slow 1e9": "the film has from 2 to 5000 frames",
+    "animate cockroach --slope 45 --heading 0.15 --out a.gif --strides 0.3": "strides = 0.3: must be a multiple",
+    "animate cockroach --slope 45 --heading 0.15 --out a.gif --beside 7": "--branch = 7: must be one of 0, 1",
     "atlas cockroach --out a.nc --slopes 0:90": "--slopes = '0:90': must be START:STOP:STEP",
     "atlas cockroach --out a.nc --slopes 5,0": "slopes_deg = (5.0, 0.0): must be one or more rising numbers",
     "atlas cockroach --out a.nc --headings x": "--headings = 'x': must be numbers separated by commas",
@@ -285,6 +305,9 @@ OUTPUTS = {
     ("gaits", "--footfalls"): ("x.jpg", "must end in .png, .pdf, .svg"),
     ("simulate", "--footfalls"): ("folder.png", "is a directory; must be a file"),
     ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere must exist"),
+    ("animate", "--out"): ("x.avi", "must end in .gif, .html, .mp4, .webm"),
+    ("simulate", "--animation"): ("x.png", "must end in .gif, .html, .mp4, .webm"),
+    ("recover", "--animation"): ("nowhere/x.gif", "the directory {0}/nowhere must exist"),
     ("recover", "--figure"): ("folder.png", "is a directory; must be a file"),
 }
 
@@ -320,6 +343,9 @@ BEFORE = [
     ("simulate", "--speed"),
     ("simulate", "--phase"),
     ("recover", "--impulse"),
+    ("animate", "--slow"),
+    ("animate", "--strides"),
+    ("animate", "--beside"),
     ("optimize", "--slope"),
     ("atlas", "--slopes"),
     ("atlas", "--headings"),
@@ -334,10 +360,12 @@ def test_numbers_are_checked_before_the_work(
     for name in ("solve.search_gaits", "sweep.atlas", "simulation.flow", "peterson2011.reproduce.reproduce"):
         monkeypatch.setattr(f"legspring.{name}", lambda *_, **__: pytest.fail("worked"))
     here = [*HERE, *(["--speed", "0.3", "--family", "B"] if option == "--phase" else [])]
+    if command == "animate":
+        here += ["--out", str(tmp_path / "a.gif")]
     if command in ("atlas", "reproduce"):
         here = ["--out", str(tmp_path / "a.nc")]
     for text in NUMBERS:
-        if (option, text) not in [("--branch", "9" * 400), ("--workers", "9" * 400)]:
+        if (option, text) not in [("--branch", "9" * 400), ("--beside", "9" * 400), ("--workers", "9" * 400)]:
             shown = error(command, *(["cockroach"] if command != "reproduce" else []), *here, option, text)
             assert option in shown and "must be" in shown and len(shown) < 300
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from legspring.figures.film import animate as animate
     from legspring.gait import Gait as Gait
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
@@ -29,6 +30,7 @@ _HOMES = {
     "Animal": "model",
     "Gait": "gait",
     "ModelError": "model",
+    "animate": "figures.film",
     "atlas": "sweep",
     "cockroach": "model",
     "find_gaits": "solve",

@@ -27,6 +27,8 @@ from legspring.returnmap import complete_map, reduced_map
 if TYPE_CHECKING:
     import xarray as xr
 
+    from legspring.figures.film import Film
+
 IDLE = 1e-3
 """Peak force, in units of m g, below which a leg does nothing."""
 
@@ -370,3 +372,9 @@ class Gait:
         from legspring.simulation import simulation
 
         return simulation(self.system, self.point, strides)
+
+    def animate(self, strides: float = 2, slow: float | None = None) -> "Film":
+        """Make a moving picture of the gait (see `legspring.animate`), which notebooks show."""
+        from legspring.figures.film import animate
+
+        return animate(self, strides=strides, slow=slow)

@@ -8,10 +8,10 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_angle, checked_number, checked_positive, checked_vector, shown
-from legspring.flow import MOST_STEPS_AT_ONCE, Flow, Samples, flow
+from legspring.flow import MOST_STEPS_AT_ONCE, NO_PUSH, Flow, Samples, flow
 from legspring.kernel.walker import Floats
 from legspring.layout import ACCURACY, PLACES, System, slope_for
-from legspring.model import Animal
+from legspring.model import Animal, Body
 
 SAMPLES = 100
 """Samples a step."""
@@ -27,10 +27,12 @@ def turning(run: Flow) -> tuple[float, float]:
     return float(np.max(np.abs(samples.states[:, 4]))), float(np.max(np.abs(moment)))
 
 
-def simulation(system: System, p: Floats, strides: float, *, accuracy: float = ACCURACY) -> xr.Dataset:
-    """Simulate an animal on its slope; see `simulate` for the result."""
+def simulation(
+    system: System, p: Floats, strides: float, *, push: Floats = NO_PUSH, accuracy: float = ACCURACY
+) -> xr.Dataset:
+    """Simulate an animal on its slope, pushed or not (see `flow`); see `simulate` for the result."""
     steps = steps_in(system, strides)
-    run = flow(system, p, steps=steps, record=True, accuracy=accuracy)
+    run = flow(system, p, steps=steps, push=push, record=True, accuracy=accuracy)
     s = np.linspace(0.0, run.step_ends[-1], steps * SAMPLES + 1)
     samples = run.samples(s)
     y, firsts = samples.states, list(system.animal.first_legs)
@@ -68,8 +70,15 @@ def simulation(system: System, p: Floats, strides: float, *, accuracy: float = A
             "desired_speed": system.desired_speed,
             "step_duration": step_duration,
             "stride_duration": system.steps_per_stride * step_duration,
+            **_about_body(system.animal.body),
+            **({"push": push[[0, -1], 0] * system.step_duration} if len(push) else {}),
         },
     )
+
+
+def _about_body(body: Body) -> dict[str, float]:
+    """Mass (kg) and, where it can turn, moment of inertia (kg m^2)."""
+    return {"mass": body.mass} | ({"inertia": body.inertia} if body.yaw == "free" and body.inertia else {})
 
 
 def steps_in(system: System, strides: float) -> int:
@@ -170,7 +179,8 @@ def simulate(
     xarray.Dataset
         Time series over time, leg and axis (lateral, fore_aft; in a side view horizontal, vertical) of position,
         velocity, yaw, feet, leg lengths, force-free lengths and forces (in m g), the moment of all legs about the
-        centre of mass, and the events.
+        centre of mass, and the events. Its attributes say which animal it is and where: ``slope_deg``, ``heading``
+        and ``speed`` at the start, ``stride_duration`` (s); ``push``, start and end (s) of what it was pushed by.
 
     Raises
     ------

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,6 @@ from legspring.figures import draw_animal, draw_atlas, draw_gait, draw_recovery,
 from legspring.figures.maps import draw_panels, edges
 from legspring.figures.style import MARKERS
 from legspring.gait import Gait
-from legspring.measures.robustness import Recovery
 
 SLOPES_DEG, HEADINGS, IMPULSES = (0.0, 20.0, 40.0), (0.0, 0.15, 0.45), (-0.5, 0.5)
 
@@ -216,8 +216,9 @@ def test_a_recovery_is_drawn_with_its_thresholds(gait: Gait) -> None:
 
 
 @pytest.mark.parametrize(("elsewhere", "outcome"), [(True, "settled on another gait"), (False, "not back")])
-def test_a_recovery_that_fails_says_how(elsewhere: bool, outcome: str) -> None:
-    axes = draw_recovery(Recovery(0.8, None, np.full(101, 2.0), elsewhere)).axes[0]
+def test_a_recovery_that_fails_says_how(gait: Gait, elsewhere: bool, outcome: str) -> None:
+    recovery = replace(gait.recover(0.8), steps=None, distance=np.full(101, 2.0), other_gait=elsewhere)
+    axes = draw_recovery(recovery).axes[0]
     assert axes.get_title().endswith(outcome)
 
 

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from legspring import Animal
+from legspring import Animal, load_animal, simulate
+from legspring.figures import animate
 from legspring.peterson2011.claims import CLAIMS, Outcome, Part, Results, Verdict
-from legspring.peterson2011.report import File, Picture, Section, duration, size, write_report
+from legspring.peterson2011.report import File, Moving, Picture, Section, duration, size, write_report
 from legspring.peterson2011.tables import Table
 
 FIGURES = ("2.2", "4.1", "4.2", "5.10", "6.3")
@@ -185,6 +186,17 @@ def test_figures_without_pdf_have_no_link(write: Callable[..., str], tmp_path: P
 def test_figures_belong_to_chapters(write: Callable[..., str], tmp_path: Path, number: str) -> None:
     with pytest.raises(ValueError, match="must start with a chapter, one of 2, 3, 4, 5, 6"):
         write(figures={number: Picture(png(tmp_path / "b.png"), "Lost.")})
+
+
+def test_films_are_shown_with_their_chapter(write: Callable[..., str]) -> None:
+    run = simulate(load_animal("lateral_leg_spring"), speed=0.5, heading=0.1, strides=1)
+    film = animate(run, width=160)
+    text = write(films=[Moving(3, film, "It moves <so>.")])
+    chapter = text[text.index('id="chapter-3"') : text.index('id="chapter-4"')]
+    assert "In motion" in chapter and "It moves &lt;so&gt;." in chapter
+    assert chapter.count("data:image/png;base64,") == len(film) + 1
+    assert "In motion" not in text.replace(chapter, "")
+    assert "In motion" not in write()
 
 
 def test_other_files(tmp_path: Path, results: Results) -> None:

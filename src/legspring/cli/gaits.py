@@ -12,14 +12,18 @@ from legspring.cli.options import (
     Branch,
     Family,
     FigureFile,
+    FilmFile,
     FootfallFile,
     Heading,
     Json,
     Slope,
+    Slow,
     check_figure,
+    check_film,
+    integer,
     number,
 )
-from legspring.cli.outputs import draws, draws_preset, save, save_dataset
+from legspring.cli.outputs import draws, draws_preset, films, save, save_dataset
 from legspring.cli.program import app, say
 from legspring.cli.subjects import check_strides, choose_gait, no_gait, search_at, simulate_start
 from legspring.printing import (
@@ -145,6 +149,7 @@ def simulate(
     as_json: Json = False,
     figure: FigureFile = None,
     footfalls: FootfallFile = None,
+    animation: FilmFile = None,
 ) -> None:
     """Simulate a gait, or any start given by --speed, --heading, --phase and --family.
 
@@ -162,6 +167,7 @@ def simulate(
         check_output(out, list(SAVERS))
     check_figure(figure)
     check_figure(footfalls)
+    check_film(animation)
     check_strides(animal, strides)
     if speed is None and phase is None:
         gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
@@ -182,7 +188,7 @@ def simulate(
         # Without a family there is but one.
         about = {"family": family or next(iter(load_animal(animal).families)), "branch": None}
     print_run(run, about, strides, as_json)
-    drawn = (figure, draws("draw_simulation", run)), (footfalls, draws("draw_footfalls", run))
+    drawn = (figure, draws("draw_simulation", run)), (footfalls, draws("draw_footfalls", run)), (animation, films(run))
     save((out, partial(save_dataset, run)), *drawn)
 
 
@@ -200,12 +206,14 @@ def recover(
     actuation: Actuation = None,
     as_json: Json = False,
     figure: FigureFile = None,
+    animation: FilmFile = None,
 ) -> None:
     """Push a gait sideways in its first step and count the steps until it is back.
 
     Example: legspring recover cockroach --slope 45 --heading 0.15 --impulse 0.5
     """
     check_figure(figure)
+    check_film(animation)
     gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
     recovery = gait.recover(impulse)
     if as_json:
@@ -219,4 +227,40 @@ def recover(
         elsewhere = recovery.failure or elsewhere
         steps = elsewhere if recovery.steps is None else f"back after {recovery.steps} steps"
         print(f"family {gait.family}, branch {gait.branch}, impulse {impulse:g} m v_des: {steps}")
-    save((figure, draws("draw_recovery", recovery)))
+    save((figure, draws("draw_recovery", recovery)), (animation, films(recovery)))
+
+
+@app.command()
+def animate(
+    animal: AnimalName,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FILE",
+            help="The moving picture: .gif; .html, a page with a player; .mp4 or .webm, by the extra video.",
+        ),
+    ],
+    slope: Slope = None,
+    heading: Heading = None,
+    branch: Branch = None,
+    beside: Annotated[
+        int | None,
+        typer.Option(parser=integer, metavar="NUMBER", help="Number of another gait, to be seen beside it."),
+    ] = None,
+    family: Family = None,
+    actuation: Actuation = None,
+    strides: Annotated[float, typer.Option(parser=number, metavar="NUMBER", help="How much of it.")] = 2.0,
+    slow: Slow = None,
+) -> None:
+    """Make a moving picture of a gait; `simulate` and `recover` make others, with --animation.
+
+    Example: legspring animate cockroach --slope 45 --heading 0.15 --out run.gif
+
+    Example: legspring animate cockroach --slope 45 --heading 0.15 --beside 1 --slow 50 --out two.html
+    """
+    check_film(out)
+    check_strides(animal, strides)
+    search = search_at(animal, slope, heading, family, actuation)
+    numbers = [branch] if beside is None else [branch, beside]
+    gaits = [choose_gait(search, slope, heading, one) for one in numbers]
+    save((out, films(*gaits, strides=strides, slow=slow)))

@@ -41,7 +41,16 @@ def plain_integer(text: str) -> int:
     return int(text if text.isascii() and "_" not in text else "")
 
 
+def positive_number(text: str) -> float:
+    """Read a positive finite number in the usual digits."""
+    value = plain_number(text)
+    if value <= 0.0:
+        raise ValueError
+    return value
+
+
 number, integer = reading(plain_number, "a finite number"), reading(plain_integer, "a whole number")
+positive = reading(positive_number, "a positive finite number")
 AnimalName = Annotated[
     str,
     typer.Argument(metavar="ANIMAL", help="A preset's name, such as cockroach, or a TOML file.", show_default=False),
@@ -85,6 +94,13 @@ Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON ob
 FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
 FootfallFile = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw when each leg is down: .png, .pdf or .svg.")
+]
+FilmFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Make a moving picture: .gif, .html, .mp4 or .webm.")
+]
+Slow = Annotated[
+    float | None,
+    typer.Option(parser=positive, metavar="FACTOR", help="Slow motion, by so much; by default a round number."),
 ]
 
 
@@ -151,3 +167,11 @@ def check_figure(path: Path | None) -> None:
         from legspring.files import check_output
 
         check_output(path, SUFFIXES)
+
+
+def check_film(path: Path | None) -> None:
+    """Make sure that a moving picture can be saved, if one is wanted."""
+    if path is not None:
+        from legspring.figures.film import check_film
+
+        check_film(path)

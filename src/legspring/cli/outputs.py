@@ -47,6 +47,19 @@ def draws(name: str, *subjects: Any) -> Callable[[Path], object]:
     return write
 
 
+def films(*subjects: Any, **options: Any) -> Callable[[Path], object]:
+    """Return what makes a moving picture of subjects into a file."""
+
+    def write(path: Path) -> None:
+        from legspring.figures import animate
+
+        film = animate(*subjects, **options)
+        film.save(path, progress=sys.stderr.isatty())
+        print(f"{path}: {film.seconds:.3g} s, {film.pace}", file=sys.stderr)
+
+    return write
+
+
 def draws_preset(animal: "Animal") -> Callable[[Path], object]:
     """Return what draws an animal, with the most stable of its gaits there."""
 

@@ -1,16 +1,20 @@
-"""Figures of gaits, simulations, recoveries and atlases; they draw what they are given and compute nothing.
+"""Figures and films of gaits, simulations, recoveries and atlases; they draw what they are given and compute nothing.
 
-Every function returns a `matplotlib.figure.Figure` that no window manages; `save_figure` writes it to a file.
+Every function but `animate` returns a `matplotlib.figure.Figure` that no window manages; `save_figure` writes it to a
+file.
 Importing this package imports matplotlib.
 """
 
 from legspring.figures.animals import draw_animal, draw_animals
+from legspring.figures.film import Film, animate
 from legspring.figures.footfalls import draw_footfalls
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
 from legspring.figures.style import save_figure
 
 __all__ = [
+    "Film",
+    "animate",
     "draw_animal",
     "draw_animals",
     "draw_atlas",

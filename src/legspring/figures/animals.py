@@ -8,11 +8,11 @@ from itertools import zip_longest
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Ellipse, Polygon
+from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
 from legspring.figures.runs import length_unit
-from legspring.figures.strokes import arrow, spring
+from legspring.figures.strokes import arrow, body, round_length, spring
 from legspring.figures.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
 from legspring.gait import Gait
 from legspring.model import Animal, Leg
@@ -105,7 +105,7 @@ def _sketch(axes: Axes, animal: Animal, words: bool = True) -> None:
     size = max(math.hypot(*leg.hip) + leg.length for leg in animal.legs)
     first = [animal.legs[i] for i in animal.first_legs]
     if animal.body.yaw == "free":
-        _body(axes, animal)
+        axes.add_patch(body(animal.body.mass, animal.body.inertia or 0.0))
     for leg in animal.legs:
         number = animal.pairs.index(leg.pair)
         _leg(axes, leg, COLOURS[number] if leg in first else IMAGE, size)
@@ -121,15 +121,6 @@ def _sketch(axes: Axes, animal: Animal, words: bool = True) -> None:
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")
-
-
-def _body(axes: Axes, animal: Animal) -> None:
-    """Draw the body as long as a rod of its mass and inertia."""
-    body = animal.body
-    length = math.sqrt(12.0 * (body.inertia or 0.0) / body.mass)
-    axes.add_patch(
-        Ellipse((0.0, 0.0), 0.4 * length, length, facecolor="0.93", edgecolor="0.7", linewidth=0.6, zorder=0)
-    )
 
 
 def _leg(axes: Axes, leg: Leg, colour: str, size: float) -> None:
@@ -237,9 +228,7 @@ def _gravity(axes: Axes, animal: Animal, size: float) -> None:
 
 def _scale(axes: Axes, size: float) -> None:
     """Draw how long a round length is."""
-    length = 10.0 ** math.floor(math.log10(size))
-    length *= 5.0 if 5.0 * length < 0.7 * size else 1.0
-    words = f"{1e3 * length:g} mm" if length < 0.1 else f"{length:g} m"
+    length, words = round_length(0.7 * size)
     left, low = axes.dataLim.x0, axes.dataLim.y0 - 0.12 * size
     axes.plot([left, left + length], [low, low], color=GRAY, linewidth=1.5, solid_capstyle="butt")
     axes.text(left + 0.5 * length, low - 0.02 * size, words, ha="center", va="top", color=GRAY, fontsize=SMALL)

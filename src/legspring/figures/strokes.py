@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Arc
+from matplotlib.patches import Arc, Ellipse
 
 from legspring.figures.style import GRAY
 
@@ -17,6 +17,24 @@ def spring(axes: Axes, start: tuple[float, float], end: tuple[float, float], col
     aside = np.concatenate([[0.0, 0.0], np.tile([1.0, -1.0], 6)[:11], [0.0, 0.0]])
     points = np.outer(along, reach) + width * np.outer(aside, [-reach[1], reach[0]]) / length
     axes.plot(start[0] + points[:, 0], start[1] + points[:, 1], color=colour, linewidth=1.0)
+
+
+def body_length(mass: float, inertia: float) -> float:
+    """Return how long a rod of this mass (kg) and moment of inertia (kg m^2) is, m."""
+    return math.sqrt(12.0 * inertia / mass)
+
+
+def body(mass: float, inertia: float) -> Ellipse:
+    """Return an ellipse as long as a rod of this mass and moment of inertia, at the origin and upright."""
+    length = body_length(mass, inertia)
+    return Ellipse((0.0, 0.0), 0.4 * length, length, facecolor="0.93", edgecolor="0.7", linewidth=0.6, zorder=0)
+
+
+def round_length(most: float) -> tuple[float, str]:
+    """Return the longest round length of at most so much, in m, and what it is called."""
+    power = 10.0 ** math.floor(math.log10(most))
+    length = power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= most)
+    return length, f"{1e3 * length:g} mm" if length < 0.1 else f"{length:g} m"
 
 
 def angle(axes: Axes, centre: tuple[float, float], radius: float, start: float, end: float, words: str) -> None:

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,11 @@ from legspring.flow import REASONS, flow, flows
 from legspring.kernel.many import Ends
 from legspring.kernel.walker import Floats
 from legspring.layout import System
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from legspring.figures.film import Film
 
 BEGIN = 1.0 / 8.0
 """Start of the push, in step durations."""
@@ -25,6 +31,8 @@ STEPS = 100
 STAGES = 12, 40, STEPS
 """Steps after which a gait may be back, in the end."""
 LARGEST_IMPULSE = 10.0
+SHORTEST, LONGEST = 4, 12
+"""Strides of a recovery that are simulated unless said otherwise."""
 
 
 @dataclass(frozen=True)
@@ -43,18 +51,44 @@ class Recovery:
         Whether it settled on another gait.
     failure
         Why the simulation could not be carried on, if it could not: such a gait is not recovered.
+    system, point
+        The gait: an animal on its slope, and all parameters with the start.
     """
 
     impulse: float
     steps: int | None
     distance: NDArray[np.float64]
     other_gait: bool
-    failure: str | None = None
+    failure: str | None
+    system: System = field(repr=False)
+    point: Floats = field(repr=False)
 
     @property
     def recovered(self) -> bool:
         """Whether the gait came back."""
         return self.steps is not None
+
+    def simulate(self, strides: float | None = None) -> "xr.Dataset":
+        """Simulate the push and what follows (see `legspring.simulate`).
+
+        Parameters
+        ----------
+        strides
+            How long; by default until the gait is back, but from 4 to 12 strides.
+        """
+        from legspring.simulation import simulation
+
+        if strides is None:
+            back = LONGEST if self.steps is None else math.ceil(self.steps / self.system.steps_per_stride) + 1
+            strides = min(max(back, SHORTEST), LONGEST)
+        push = push_knots(self.system, self.impulse, first_step(self.system, self.point))
+        return simulation(self.system, self.point, strides, push=push)
+
+    def animate(self, strides: float | None = None, slow: float | None = None) -> "Film":
+        """Make a moving picture of the push and what follows (see `legspring.animate`), which notebooks show."""
+        from legspring.figures.film import animate
+
+        return animate(self, strides=strides, slow=slow)
 
 
 def push_knots(system: System, impulse: float, step: float = 1.0) -> NDArray[np.float64]:
@@ -90,7 +124,7 @@ def recover(system: System, p: Floats, impulse: float) -> Recovery:
     ends = after_pushes(system, p, [impulse], unit, STEPS)
     distance = distances(system, ends.states[0])
     steps = steps_to_recover(distance, end_of_push(system, unit))
-    return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(int(ends.status[0])))
+    return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(int(ends.status[0])), system, p)
 
 
 def recovery_steps(system: System, p: Floats, impulses: Sequence[float]) -> Floats:

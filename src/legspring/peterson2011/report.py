@@ -12,8 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+from markupsafe import Markup
 
 import legspring
+from legspring.figures import Film
 from legspring.files import PathLike, check_output, whole_file
 from legspring.peterson2011.claims import Outcome, Results, Verdict
 from legspring.peterson2011.claims.evidence import animal_of
@@ -88,6 +90,20 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Moving:
+    """A moving picture: its chapter, and what it shows."""
+
+    chapter: int
+    film: Film
+    caption: str
+
+    @property
+    def player(self) -> Markup:
+        """The player, as part of a page."""
+        return Markup(self.film.player())
+
+
+@dataclass(frozen=True)
 class File:
     """A file to download, and what it holds."""
 
@@ -103,6 +119,7 @@ def write_report(
     figures: Mapping[str, Picture],
     tables: Mapping[str, Table],
     timings: Mapping[int, float],
+    films: Sequence[Moving] = (),
     beyond: Sequence[Section] = (),
     data: Sequence[File] = (),
 ) -> None:
@@ -120,6 +137,8 @@ def write_report(
         By the thesis's numbers, such as ``"4.2"``.
     timings
         Seconds that the results of each chapter took.
+    films
+        Moving pictures, which are shown with their chapters.
     beyond
         What was found beyond the thesis.
     data
@@ -138,7 +157,7 @@ def write_report(
             raise ValueError(f"number = {number!r}: must start with a chapter, one of {', '.join(map(str, CHAPTERS))}")
     page = _environment(Path(path).parent).get_template("report.html.jinja")
     text = page.render(
-        chapters=[_chapter_parts(number, verdicts, figures, tables, timings) for number in CHAPTERS],
+        chapters=[_chapter_parts(number, verdicts, figures, tables, films, timings) for number in CHAPTERS],
         verdicts=verdicts,
         counts=Counter(verdict.verdict for verdict in verdicts),
         badges=BADGES,
@@ -164,6 +183,7 @@ def _chapter_parts(
     verdicts: Sequence[Verdict],
     figures: Mapping[str, Picture],
     tables: Mapping[str, Table],
+    films: Sequence[Moving],
     timings: Mapping[int, float],
 ) -> dict[str, Any]:
     """Collect what the report says about a chapter."""
@@ -174,6 +194,7 @@ def _chapter_parts(
         "subject": subject,
         "note": NOTES.get(chapter, ""),
         "verdicts": [verdict for verdict in verdicts if verdict.chapter == chapter],
+        "films": [moving for moving in films if moving.chapter == chapter],
         "figures": {number: picture for number, picture in figures.items() if _chapter(number) == chapter},
         "tables": {number: table for number, table in tables.items() if _chapter(number) == chapter},
         "seconds": timings.get(chapter),

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 
 import legspring as ls
 from legspring.checks import checked_workers
-from legspring.figures import save_figure
+from legspring.figures import animate, save_figure
 from legspring.files import PathLike, check_output, code_stamp, make_directory, save_csv, save_netcdf, whole_file
 from legspring.kernel.walker import Floats
 from legspring.layout import System
@@ -33,7 +33,7 @@ from legspring.peterson2011.decay import decays
 from legspring.peterson2011.figures import FIGURES, GAIT, SIMULATION, ThesisFigure
 from legspring.peterson2011.figures.beyond import BEYOND
 from legspring.peterson2011.published import published_forces
-from legspring.peterson2011.report import CHAPTERS, File, Picture, Section, write_report
+from legspring.peterson2011.report import CHAPTERS, File, Moving, Picture, Section, write_report
 from legspring.peterson2011.tables import (
     Table,
     constraint_table,
@@ -50,6 +50,9 @@ LOG = logging.getLogger("legspring")
 TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
 """The last one explains how ours differ from the thesis's."""
 BEYOND_CHAPTER = 7
+FILMED: Mapping[str, Any] = {"slope_deg": 45.0, "heading": 0.15}
+"""The gait that is seen in motion."""
+FILMED_IMPULSE, FILM_WIDTH = 0.5, 400
 """Number under which the time of what goes beyond the thesis is kept."""
 FRONT_SLOPES_DEG, FRONT_HEADING, FRONT_POINTS = (0.0, 10.0, 20.0, 45.0), 0.15, 9
 BACK_PULLS: Mapping[str, tuple[str, ...]] = {"FM": ("F", "M"), "F": ("F",), "M": ("M",), "none": ()}
@@ -194,6 +197,20 @@ class Store:
     def gait(self) -> ls.Gait:
         """The gait of the sketches."""
         return ls.find_gaits(self.animal, **GAIT)[0]
+
+    @property
+    def films(self) -> list[Moving]:
+        """A stride of a gait, and how it recovers from a push."""
+        gait = ls.find_gaits(self.animal, **FILMED)[0]
+        recovery = gait.recover(FILMED_IMPULSE)
+        return [
+            Moving(3, animate(gait, strides=1, width=FILM_WIDTH), "A stride of a gait, seen from above on the slope."),
+            Moving(
+                3,
+                animate(recovery, width=FILM_WIDTH),
+                f"The same gait after a sideways push, from which it is back after {recovery.steps} steps.",
+            ),
+        ]
 
     @property
     def simulation(self) -> xr.Dataset:
@@ -425,6 +442,7 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
         figures={number: Picture(pictures[number], figure.caption) for number, figure in FIGURES.items()},
         tables={number: store.table(number) for number in TABLES},
         timings=timings,
+        films=store.films,
         beyond=sections(store.atlas, store.decays, store.back_pulls, store.fronts, yaw, pictures),
         data=[
             File(directory / "data" / f"{name}{suffix}", f"{text}, {kind}")
