@@ -238,7 +238,7 @@ class Film:
         stages = []
         for number, (shot, window) in enumerate(zip(self.shots, windows, strict=True)):
             axes = figure.add_axes((number / count, low, 1.0 / count, high))
-            stages.append(Stage(axes, shot, window, strongest))
+            stages.append(Stage(axes, shot, window, strongest, self.pace))
         handles = [
             Line2D([], [], color=PUSH, linewidth=3.0, label="pushes"),
             Line2D([], [], color=PULL, linewidth=3.0, label="pulls"),
@@ -247,7 +247,6 @@ class Film:
         if any("push" in shot.run.attrs for shot in self.shots):
             handles.append(Line2D([], [], color=PUSHED, linewidth=4.0, label="pushed"))
         figure.legend(handles=handles, loc="lower left", ncols=4, borderaxespad=0.3, columnspacing=1.2)
-        figure.text(1.0 - 0.015 / count, 0.1 * DPI / height, self.pace, ha="right", va="bottom", fontsize=7)
         return figure, stages
 
     def save(self, path: str | os.PathLike[str], *, progress: bool = False) -> None:
@@ -341,7 +340,7 @@ def _ticking(frames: Pictures, tick: Callable[[int], None]) -> Pictures:
 def _palettes(frames: Pictures) -> Iterator[Image.Image]:
     """Reduce frames to a few colours, the same in all: those of the first and of some more."""
     pending = list(islice(frames, PALETTE_FRAMES))
-    palette = Image.fromarray(np.concatenate(pending[::4])).quantize(COLOURS_IN_GIF)
+    palette = Image.fromarray(np.concatenate(pending[::4])).quantize(COLOURS_IN_GIF, Image.Quantize.MAXCOVERAGE)
     for group in (pending, frames):
         for frame in group:
             yield Image.fromarray(frame).quantize(palette=palette, dither=Image.Dither.NONE)

@@ -111,10 +111,12 @@ class Stage:
         Corners of what is seen, from the camera, ``(2, 2)``.
     strongest
         Force that is drawn with the thickest line, m g.
+    pace
+        What is said of slow motion.
     """
 
-    def __init__(self, axes: Axes, shot: Shot, window: Floats, strongest: float) -> None:
-        self.shot, self.strongest = shot, strongest
+    def __init__(self, axes: Axes, shot: Shot, window: Floats, strongest: float, pace: str = "") -> None:
+        self.shot, self.strongest, self.pace = shot, strongest, pace
         axes.set(xlim=window[:, 0], ylim=window[:, 1], aspect="equal", xticks=[], yticks=[], title=shot.title)
         axes.spines[:].set_visible(False)
         self.scenery(axes, window)
@@ -174,7 +176,7 @@ class Stage:
         pushed = begin <= time <= max(end, begin + 0.2 * run.attrs["step_duration"])
         tip = position - [[self.reach, 0.0], [0.0, 0.0]] if pushed else np.empty((0, 2))
         self.push.set_data(*np.transpose(tip))
-        self.clock.set_text(f"{1e3 * (time - shot.begin):.0f} ms")
+        self.clock.set_text(f"{1e3 * (time - shot.begin):.0f} ms\n{self.pace}")
 
     def show_legs(self, hip: Floats, foot: Floats, force: Floats, free: Floats) -> None:
         """Draw the legs in stance, from hips to feet."""
