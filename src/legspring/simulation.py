@@ -71,9 +71,15 @@ def simulation(
             "step_duration": step_duration,
             "stride_duration": system.steps_per_stride * step_duration,
             **_about_body(system.animal.body),
-            **({"push": push[[0, -1], 0] * system.step_duration} if len(push) else {}),
+            **(_about_push(push, system.step_duration) if len(push) else {}),
         },
     )
+
+
+def _about_push(push: Floats, step_duration: float) -> dict[str, Floats]:
+    """When a push begins and ends (s), and the velocity that it gives (m/s)."""
+    velocity = np.asarray(np.trapezoid(push[:, 1:], push[:, 0], axis=0)) / step_duration
+    return {"push_time": push[[0, -1], 0] * step_duration, "push": velocity}
 
 
 def _about_body(body: Body) -> dict[str, float]:
@@ -180,7 +186,8 @@ def simulate(
         Time series over time, leg and axis (lateral, fore_aft; in a side view horizontal, vertical) of position,
         velocity, yaw, feet, leg lengths, force-free lengths and forces (in m g), the moment of all legs about the
         centre of mass, and the events. Its attributes say which animal it is and where: ``slope_deg``, ``heading``
-        and ``speed`` at the start, ``stride_duration`` (s); ``push``, start and end (s) of what it was pushed by.
+        and ``speed`` at the start, ``stride_duration`` (s); of one that is pushed
+        ``push_time``, begin and end (s), and ``push``, the velocity that it gives (m/s).
 
     Raises
     ------

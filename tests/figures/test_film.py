@@ -109,7 +109,8 @@ def test_a_push_is_seen_while_it_lasts(gait: ls.Gait) -> None:
     recovery = gait.recover(0.5)
     film = recovery.animate(slow=20)
     shot = film.shots[0]
-    begin, end = shot.run.attrs["push"]
+    begin, end = shot.run.attrs["push_time"]
+    np.testing.assert_allclose(shot.run.attrs["push"], [0.5 * shot.run.attrs["desired_speed"], 0.0])
     assert end - begin == pytest.approx(4e-3)
     velocity = shot.run["velocity"].values[:, 0]
     before, after = (int(np.searchsorted(shot.run["time"].values, time)) for time in (begin, end))
@@ -118,7 +119,10 @@ def test_a_push_is_seen_while_it_lasts(gait: ls.Gait) -> None:
     stage = stage_of(shot)
     for time, visible in ((0.5 * begin, 0), (0.5 * (begin + end), 2), (end + 0.02, 0)):
         stage.show(time)
-        assert len(np.atleast_1d(stage.push.get_xdata())) == visible
+        assert np.count_nonzero(np.isfinite(points(stage.push)[:, 0])) == visible
+    stage.show(begin)
+    start, tip = points(stage.push)
+    assert start[0] < tip[0] and start[1] == pytest.approx(tip[1])
     frames = list(film.frames())
     pushed = [bool(np.any(np.all(frame[60:-60] == rgb(PUSHED), axis=-1))) for frame in frames[:20]]
     assert True in pushed and not pushed[0] and not pushed[19]

@@ -172,10 +172,10 @@ class Stage:
         self.old_feet.set_data(*(self.footholds[self.put_down <= time] - camera).T)
         self.body.show(position, hip, float(between(run["yaw"].values)))
         self.show_legs(hip, foot, run["force"].values[row], run["free_length"].values[row])
-        begin, end = run.attrs.get("push", (math.inf, math.inf))
+        begin, end = run.attrs.get("push_time", (math.inf, math.inf))
         pushed = begin <= time <= max(end, begin + 0.2 * run.attrs["step_duration"])
-        tip = position - [[self.reach, 0.0], [0.0, 0.0]] if pushed else np.empty((0, 2))
-        self.push.set_data(*np.transpose(tip))
+        way = np.asarray(run.attrs["push"]) if pushed else np.full(2, np.nan)
+        self.push.set_data(*np.transpose([position - self.reach * way / math.hypot(*way), position + 0.0 * way]))
         self.clock.set_text(f"{1e3 * (time - shot.begin):.0f} ms\n{self.pace}")
 
     def show_legs(self, hip: Floats, foot: Floats, force: Floats, free: Floats) -> None:
