@@ -2,6 +2,7 @@
 
 python3 dev.py test [PYTEST ARGUMENTS]    all checks: ruff, mypy, pytest
 python3 dev.py run ARGUMENTS              the command legspring
+python3 dev.py docs [--quick]             the documentation, in docs/_build/html; --quick leaves out what takes long
 python3 dev.py bench [ARGUMENTS]          the benchmarks
 python3 dev.py fuzz [--examples N]        random input, 10000 examples by default; then signals and kills
 python3 dev.py smoke                      installation and first steps with all Pythons there are
@@ -36,6 +37,9 @@ def main(arguments: list[str]) -> int:
         if command == "run":
             set_up()
             return run("legspring", *rest)
+        if command == "docs":
+            set_up("docs")
+            return docs(rest)
         if command == "bench":
             set_up("bench")
             return run("python", str(ROOT / "benchmarks" / "run.py"), *rest)
@@ -82,6 +86,18 @@ def test(arguments: list[str]) -> int:
         if run(*command, cwd=ROOT):
             failed.append(name)
     return fail(f"Failed: {', '.join(failed)}") if failed else 0
+
+
+def docs(arguments: list[str]) -> int:
+    """Build the documentation, in which every example is run, and check its links; warnings are errors."""
+    parser = argparse.ArgumentParser(prog="dev.py docs")
+    parser.add_argument("--quick", action="store_true", help="show the long notebooks without running them")
+    os.environ["LEGSPRING_DOCS"] = "quick" if parser.parse_args(arguments).quick else "whole"
+    source, pages = ROOT / "docs", ROOT / "docs" / "_build" / "html"
+    failed = run("sphinx-build", "-W", "--keep-going", "-j", "auto", "-q", str(source), str(pages), cwd=ROOT)
+    failed = failed or run("python", str(source / "links.py"), str(pages))
+    print(f"The documentation is in {pages / 'index.html'}." if not failed else "", file=sys.stderr)
+    return failed
 
 
 def fuzz(arguments: list[str]) -> int:

@@ -56,7 +56,7 @@ class Invalid(StrEnum):
     UNCONFIRMED = "it is no solution when looked at more closely"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Gait:
     """A periodic way of running: steps are all alike, or each mirrors the one before.
 
@@ -104,6 +104,12 @@ class Gait:
     yaw: float = 0.0
     yaw_rate: float = 0.0
     displacement: tuple[float, float] | None = None
+
+    def __repr__(self) -> str:
+        """Say in a line which gait this is."""
+        place = f"slope_deg={self.slope_deg:g}, heading={self.heading:.4g}, speed={self.speed:.4g}"
+        kind = type(self).__name__
+        return f"{kind}({self.animal.name!r}, family={self.family!r}, branch={self.branch}, {place})"
 
     @cached_property
     def system(self) -> System:

@@ -1,0 +1,95 @@
+"""How the documentation is built: ``python3 dev.py docs`` from the root of the project."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import jupytext
+from sphinx.application import Sphinx
+
+import legspring
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "_ext"))
+QUICK = os.environ.get("LEGSPRING_DOCS") == "quick"
+"""Whether the long notebooks are left as they are: shown, but not executed."""
+LONG = ["findings", "gallery/thesis"]
+
+project, author = "Legspring", "The Legspring developers"
+copyright = "The Legspring developers"
+version = release = legspring.__version__
+
+extensions = [
+    "command",
+    "mathml",
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
+    "sphinx_design",
+]
+exclude_patterns = ["_build", "_ext", "_made"]
+html_math_renderer = "mathml"
+math_eqref_format = "({number})"
+nitpicky = True
+# Types of other packages, and words in docstrings that stand where a type does.
+nitpick_ignore_regex = [("py:.*", r"(?!legspring).*"), ("py:.*", r"legspring\.\w+\.[A-Z]\w*T")]
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
+myst_heading_anchors = 3
+myst_links_external_new_tab = False
+
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(HERE / "_build" / "notebooks")
+nb_execution_excludepatterns = [f"{name}.md" for name in LONG] if QUICK else []
+nb_execution_timeout = 900
+nb_execution_raise_on_error = True
+nb_execution_show_tb = True
+nb_merge_streams = True
+nb_render_text_lexer = "none"
+# Pages are executed where their files do no harm.
+os.environ["LEGSPRING_PAGES"] = str(HERE / "_build" / "pages")
+(HERE / "_build" / "pages").mkdir(parents=True, exist_ok=True)
+
+autosummary_generate = True
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = "Legspring"
+html_static_path = ["_static"]
+html_css_files = ["legspring.css"]
+html_show_sourcelink = False
+# Pages without others beside them need no list of these.
+html_sidebars = {name: [] for name in ("index", "start", "scope", "numerics", "findings")}
+html_copy_source = False
+html_theme_options: dict[str, Any] = {
+    "logo": {"text": "Legspring"},
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "show_toc_level": 2,
+    "header_links_before_dropdown": 8,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+    "pygments_light_style": "tango",
+    "pygments_dark_style": "github-dark",
+}
+
+
+def save_notebooks(app: Sphinx, error: Exception | None) -> None:
+    """Save the notebooks beside their pages, in the form that Jupyter opens."""
+    if error is None and app.builder.format == "html":
+        for page in sorted((HERE / "notebooks").glob("*.md")):
+            notebook = jupytext.read(page)
+            if page.stem != "index":
+                jupytext.write(notebook, Path(app.outdir) / "notebooks" / f"{page.stem}.ipynb")
+
+
+def setup(app: Sphinx) -> None:
+    """Save the notebooks once all is built."""
+    app.connect("build-finished", save_notebooks)
