@@ -53,7 +53,9 @@ nb_render_text_lexer = "none"
 os.environ["LEGSPRING_PAGES"] = str(HERE / "_build" / "pages")
 (HERE / "_build" / "pages").mkdir(parents=True, exist_ok=True)
 
-autosummary_generate = True
+# `legspring.atlas` in a docstring is a link to it, if it has a page.
+default_role = "autolink"
+autosummary_generate = False
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False

@@ -1,7 +1,7 @@
 """The directive ``command``: runs a command line of legspring when the pages are built, and shows what it prints.
 
-A command that fails makes the build fail. Its files are written to a folder that all commands of a build share, from which
-the option ``picture`` shows one. ``status`` is the exit status that is expected.
+A command that fails makes the build fail. Its files are written to a folder that all commands of a build share, from
+which the option ``picture`` shows one. ``status`` is the exit status that is expected.
 """
 
 import hashlib

@@ -87,7 +87,7 @@ class End(NamedTuple):
         return float(np.sum(self.score.actuation**2))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Optimum(Gait):
     """A gait whose actuation is the best there is.
 

@@ -13,7 +13,7 @@ from legspring import Animal, Gait, load_animal
 from legspring.measures.registry import BY_NAME, MEASURES, OF_OPTIMA, OF_RECOVERIES, mapped, measured
 from legspring.printing import describe_gait
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "gait.md"
 each = pytest.mark.parametrize("name", ls.presets())
 
 
@@ -105,16 +105,16 @@ OTHER_NAMES = {"net_force": ("net_force_max", "net_force_min"), "multipliers": (
 """Attributes that have another name, or more than one, in JSON and maps."""
 
 
-def readme_rows() -> list[tuple[list[str], str]]:
-    """Return names and unit of each row of the README's table of what a gait offers."""
-    _, rest = README.read_text(encoding="utf-8").split("## What a gait offers", 1)
+def rows_of_the_page() -> list[tuple[list[str], str]]:
+    """Return names and unit of each row of the page's table of what a gait offers."""
+    _, rest = PAGE.read_text(encoding="utf-8").split("## What a gait offers", 1)
     rows = [line.split("|")[1:3] for line in rest.split("\n## ", 1)[0].splitlines() if line.startswith("| `")]
     return [(re.findall(r"`(\w+)[^`]*`", names), unit.strip()) for names, unit in rows]
 
 
-def test_the_readme_has_all_measures_with_their_units() -> None:
+def test_the_page_has_all_measures_with_their_units() -> None:
     units = {}
-    for names, unit in readme_rows():
+    for names, unit in rows_of_the_page():
         for attribute in names:
             assert attribute in Gait.__dataclass_fields__ or hasattr(Gait, attribute)
             for name in OTHER_NAMES.get(attribute, (attribute,)):

@@ -1,4 +1,7 @@
-"""What is said of a gait, each thing once: JSON, maps, `Gait.missing` and the README's table are made from here."""
+"""What is said of a gait, each thing once: JSON, maps and `Gait.missing` are made from here.
+
+A test compares docs/reference/gait.md with it.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
