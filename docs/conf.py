@@ -1,6 +1,7 @@
 """How the documentation is built: ``python3 dev.py docs`` from the root of the project."""
 
 import os
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ import jupytext
 from sphinx.application import Sphinx
 
 import legspring
+from legspring.files import code_stamp
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
@@ -42,16 +44,24 @@ myst_heading_anchors = 3
 myst_links_external_new_tab = False
 
 nb_execution_mode = "cache"
-nb_execution_cache_path = str(HERE / "_build" / "notebooks")
+# What an earlier version of the package has shown is not to be seen.
+kept = HERE / "_build" / "notebooks" / code_stamp().replace(" ", "-")
+nb_execution_cache_path = str(kept)
+for old in kept.parent.glob("*"):
+    if old != kept:
+        shutil.rmtree(old)
 nb_execution_excludepatterns = [f"{name}.md" for name in LONG] if QUICK else []
 nb_execution_timeout = 900
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_merge_streams = True
 nb_render_text_lexer = "none"
-# Pages are executed where their files do no harm.
-os.environ["LEGSPRING_PAGES"] = str(HERE / "_build" / "pages")
-(HERE / "_build" / "pages").mkdir(parents=True, exist_ok=True)
+# Pages are executed where their files do no harm, and whatever the reader's own settings of IPython are.
+os.environ |= {"LEGSPRING_PAGES": str(HERE / "_build" / "pages"), "IPYTHONDIR": str(HERE / "_build" / "ipython")}
+profile = HERE / "_build" / "ipython" / "profile_default"
+for folder in (HERE / "_build" / "pages", profile):
+    folder.mkdir(parents=True, exist_ok=True)
+(profile / "ipython_kernel_config.py").write_text("c.IPKernelApp.log_level = 'ERROR'\n")
 
 # `legspring.atlas` in a docstring is a link to it, if it has a page.
 default_role = "autolink"
@@ -74,7 +84,7 @@ html_theme_options: dict[str, Any] = {
     "navbar_align": "left",
     "navbar_end": ["theme-switcher"],
     "show_toc_level": 2,
-    "header_links_before_dropdown": 8,
+    "header_links_before_dropdown": 10,
     "footer_start": ["copyright"],
     "footer_end": [],
     "secondary_sidebar_items": ["page-toc"],

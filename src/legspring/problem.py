@@ -138,7 +138,7 @@ class GaitProblem:
         """Names of the coordinates that have to come back, and do not do so anyway.
 
         Energy: the speed comes back if the rest does. A body that nothing turns does not turn; that it does not is left
-        to `legspring.repetition`, as it is for any yaw where all directions are alike.
+        to ``legspring.repetition``, as it is for any yaw where all directions are alike.
         """
         conserved = self.system.conserved
         anyway = {"speed"} if "energy" in conserved else set()
@@ -263,7 +263,7 @@ class GaitProblem:
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
 
-        Right after touch-down a leg's force has the sign of the rate of its gap (see `legspring.solve`), which bounds
+        Right after touch-down a leg's force has the sign of the rate of its gap (see ``legspring.solve``), which bounds
         the phase. Only legs as the thesis has them begin with such a force.
         """
         system = self.system

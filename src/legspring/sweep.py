@@ -152,7 +152,7 @@ def atlas(
     -------
     xarray.Dataset
         Over slope_deg, heading, branch, leg (pairs of legs), single_leg, axis and impulse; missing where there is no
-        gait. Its variables are those of `legspring.measures.registry.mapped` and `OF_RECOVERIES`.
+        gait. Its variables are those of ``legspring.measures.registry``.
 
     Raises
     ------

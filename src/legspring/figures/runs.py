@@ -67,7 +67,7 @@ def draw_recovery(recovery: Recovery) -> Figure:
     Parameters
     ----------
     recovery
-        Of `legspring.gait.Gait.recover`.
+        Of `legspring.Gait.recover`.
     """
     figure = new_figure(COLUMN, 0.7 * COLUMN)
     axes = figure.subplots()
