@@ -45,9 +45,9 @@ myst_links_external_new_tab = False
 
 nb_execution_mode = "cache"
 # What an earlier version of the package has shown is not to be seen.
-kept = HERE / "_build" / "notebooks" / code_stamp().replace(" ", "-")
+kept = HERE / "_build" / "notebooks" / f"legspring-{code_stamp().replace(' ', '-')}"
 nb_execution_cache_path = str(kept)
-for old in kept.parent.glob("*"):
+for old in kept.parent.glob("legspring-*"):
     if old != kept:
         shutil.rmtree(old)
 nb_execution_excludepatterns = [f"{name}.md" for name in LONG] if QUICK else []

@@ -11,6 +11,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from legspring.figures.film import animate as animate
+    from legspring.flow import IntegrationError as IntegrationError
     from legspring.gait import Gait as Gait
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Animal": "model",
     "Gait": "gait",
+    "IntegrationError": "flow",
     "ModelError": "model",
     "animate": "figures.film",
     "atlas": "sweep",

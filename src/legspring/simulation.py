@@ -64,7 +64,7 @@ def simulation(
         attrs={
             "animal": system.animal.name,
             "view": "side" if system.animal.sagittal else "above",
-            "slope_deg": math.degrees(system.slope),
+            "slope_deg": round(math.degrees(system.slope), 12),
             "heading": float(p[PLACES["heading"]]),
             "speed": float(p[PLACES["speed"]]),
             "desired_speed": system.desired_speed,

@@ -6,6 +6,7 @@ from base64 import b64decode
 from io import BytesIO
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
@@ -250,3 +251,10 @@ def test_without_its_extra_there_is_no_video(gait: ls.Gait, tmp_path: Path, monk
         gait.animate().save(tmp_path / "run.mp4")
     with pytest.raises(ValueError, match=r"must end in \.gif, \.html, \.mp4, \.webm"):
         gait.animate().save(tmp_path / "run.avi")
+
+
+def test_settings_of_others_change_nothing(gait: ls.Gait) -> None:
+    film = gait.animate(strides=1, slow=2)
+    plain = next(film.frames())
+    with mpl.rc_context({"figure.constrained_layout.use": True, "font.size": 20, "axes.grid": True}):
+        np.testing.assert_array_equal(next(film.frames()), plain)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from legspring.model import Animal, Leg, ModelError, cockroach
+from legspring.model import Animal, Leg, ModelError, cockroach, load_animal
 
 ROACH = cockroach()
 NAMES = ("FL", "MR", "BL", "FR", "ML", "BR")
@@ -182,3 +182,9 @@ def test_legs_that_are_no_mirror_images(change: dict[str, float]) -> None:
     odd = ROACH.replace(legs=mirrored_wrongly(**change))
     assert ROACH.mirrored and ROACH.odd_pair is None
     assert not odd.mirrored and odd.odd_pair == "B"
+
+
+def test_a_desired_speed_is_for_the_same_slopes_as_before() -> None:
+    runner = load_animal("spring_loaded_inverted_pendulum").replace(desired_speed=4.0)
+    assert (runner.speed_law.level, runner.speed_law.domain_deg) == (4.0, (90.0, 90.0))
+    assert cockroach().replace(desired_speed=0.2).desired_speed(1.0) == 0.2

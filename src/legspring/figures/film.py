@@ -36,8 +36,8 @@ Pictures = Iterator[NDArray[np.uint8]]
 
 STRIDES = 2.0
 """How much of a gait is shown unless said otherwise."""
-STRIDE = 1.5
-"""Least duration of a stride in a film whose slow motion is not given, s."""
+STRIDE = 1.8
+"""About how long a stride takes in a film whose slow motion is not given, s."""
 FACTORS = tuple(digit * 10.0**power for power in range(-6, 7) for digit in (1.0, 2.0, 5.0))
 FPS, WIDTH, DPI = 25, 480, 120
 """Frames a second; width of a panel in pixels, and how many of them are an inch."""
@@ -76,7 +76,7 @@ def animate(
     strides
         How much is shown: two of a gait; a simulation is shown whole, a recovery until the gait is back.
     slow
-        How many times slower than life; by default a round number by which a stride takes 1.5 s or more.
+        How many times slower than life; by default a round number by which a stride takes about two seconds.
     fps
         Frames a second.
     width
@@ -111,7 +111,7 @@ def animate(
     if slow is None:
         strides_of = [shot.run.attrs["stride_duration"] for shot in whole if shot]
         shortest = min(strides_of + [1.0 / gait.stride_frequency for gait in gaits])
-        slow = next((factor for factor in FACTORS if factor * shortest >= STRIDE), FACTORS[-1])
+        slow = min(FACTORS, key=lambda factor: abs(math.log(factor * shortest / STRIDE)))
     slow = checked_positive("slow", slow)
     fps, width = _whole_number("fps", fps, 1, 100), _whole_number("width", width, 160, 2000)
     if not 2 <= (count := longest * slow * fps) <= MOST_FRAMES:
@@ -233,6 +233,8 @@ class Film:
         """Lay out the film: panels side by side, and below them what colours stand for."""
         height, width = self.shape
         figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
+        # Whatever the reader's own settings are.
+        figure.set_layout_engine("none")
         strongest, windows = max(shot.strongest for shot in self.shots), common_window(self.shots)
         low, high, count = FOOT * DPI / height, 1.0 - (HEAD + FOOT) * DPI / height, len(self.shots)
         stages = []

@@ -317,6 +317,10 @@ class Animal(Frozen):
                 raise ModelError(f"{name} and {law} are both given: must be one of them")
             if name in changes:
                 changes[law] = changes.pop(name)
+                if law == "speed_law" and isinstance(changes[law], Real):
+                    # For the slopes that the animal was for before.
+                    constant = {"level": changes[law], "vertical": changes[law]}
+                    changes[law] = constant | {"domain_deg": self.speed_law.domain_deg}
         own, body, leg = (_pick(changes, names) for names in _CHANGEABLE)
         if unknown := [name for name in changes if name not in own | body | leg]:
             valid = ", ".join(name for names in _CHANGEABLE for name in names)
