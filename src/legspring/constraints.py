@@ -52,6 +52,8 @@ class Price(NamedTuple):
 class Constraints:
     """What an optimised gait must keep to, and what is added to the objective where it does not.
 
+    See :ref:`model-constraints`.
+
     Attributes
     ----------
     actuation

@@ -244,6 +244,8 @@ def flow(
 
     A step lasts a step duration; that of an animal of which no leg goes by the clock ends at the next touch-down.
 
+    See :ref:`numerics-derivatives`.
+
     Parameters
     ----------
     system, p

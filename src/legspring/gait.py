@@ -60,6 +60,8 @@ class Invalid(StrEnum):
 class Gait:
     """A periodic way of running: steps are all alike, or each mirrors the one before.
 
+    See :ref:`model-gaits`.
+
     Attributes
     ----------
     animal
@@ -86,7 +88,7 @@ class Gait:
         Largest change of the unknowns (speed in units of v_des, phases in rad) from an integration at an accuracy of
         1e-10 to one at 1e-12.
     isolation
-        Smallest singular value of the Jacobian of the conditions, of an animal that is not tuned: how clearly they tell
+        Smallest singular value of the Jacobian of the conditions: how clearly they tell
         this gait from those next to it.
     """
 
@@ -167,6 +169,8 @@ class Gait:
         """Smallest rate at which a leg passes through zero force at lift-off, m/s; small: derivatives are doubtful.
 
         Nan where the clock lifts all legs.
+
+        See :ref:`model-grazing`.
         """
         events = self.stride.events
         by_force = np.array([leg.stance is None for leg in self.animal.legs])[events.leg]
@@ -179,7 +183,10 @@ class Gait:
         return self.grazing < GRAZING * self.system.desired_speed
 
     def invalid(self) -> tuple[Invalid, str] | None:
-        """Say why this solution is no gait, and which leg is to blame (or more of the reason); None if it is one."""
+        """Say why this solution is no gait, and which leg is to blame (or more of the reason); None if it is one.
+
+        See :ref:`model-believed`.
+        """
         try:
             run = self.stride
         except IntegrationError as error:
@@ -210,6 +217,8 @@ class Gait:
         """Largest eigenvalue magnitude of the thesis's one-stride map of speed and heading.
 
         Nan for an animal that is not tuned to its desired speed, by which that map rebuilds the old feet.
+
+        See :ref:`model-reduced`.
         """
         if not self.animal.tuned:
             return math.nan
@@ -220,6 +229,8 @@ class Gait:
         """Floquet multipliers of a stride (of a step where steps are all alike), of the complete map, largest first.
 
         What is `conserved` shows as a multiplier of 1.
+
+        See :ref:`model-multipliers`.
         """
         return self.half_multipliers ** (2 if self.system.mirrored else 1)
 
@@ -229,18 +240,27 @@ class Gait:
 
         Those of a stride are their squares, of which 1 may be two things: +1, a fold or a crossing of families (passive
         ones: gaits that are tuned have other folds), or what is conserved; -1, where steps to the left and to the right
-        begin to differ. Where steps are all alike, they are `multipliers`.
+        begin to differ, or the direction where no direction is special. Where steps are all alike, they are
+        `multipliers`.
+
+        See :ref:`model-half`.
         """
         return eigenvalues(complete_map(self.system, self.point, accuracy=TIGHT)[1])
 
     @property
     def conserved(self) -> tuple[str, ...]:
-        """What no step changes, and so has a multiplier of 1 (see `legspring.layout.System.conserved`)."""
+        """What no step changes, and so has a multiplier of 1 (see `legspring.layout.System.conserved`).
+
+        See :ref:`model-conserved`.
+        """
         return self.system.conserved
 
     @cached_property
     def work(self) -> Floats:
-        """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``; nan at no distance."""
+        """Positive and negative work of each leg over a step, per m g and distance: ``(L, 2)``; nan at no distance.
+
+        See :ref:`model-work`.
+        """
         share = self.system.step_length / self.distance if self.gets_on else math.nan
         return work_of_legs(self.stride) * share
 
@@ -284,13 +304,18 @@ class Gait:
         L stands for the height of the hip in standing, and is the mean force-free length of the legs without actuation:
         from the side, that of a leg upright. Seen from above, where there is no height, it is that of their projections
         onto the ground. Gravity is the whole of it, whatever the slope.
+
+        See :ref:`model-froude`.
         """
         length = float(np.mean([leg.length for leg in self.animal.legs]))
         return self.mean_speed**2 / (self.animal.gravity * length)
 
     @property
     def duty_factor(self) -> Floats:
-        """Share of a stride in which each leg is in stance: ``(L,)``, in the order of the animal's legs."""
+        """Share of a stride in which each leg is in stance: ``(L,)``, in the order of the animal's legs.
+
+        See :ref:`model-footfalls`.
+        """
         return self.stride.duty_factor
 
     @property
@@ -299,6 +324,8 @@ class Gait:
 
         In the order of the animal's legs; of a leg that is put down more than once, the first time counts. Nan for one
         that is not put down.
+
+        See :ref:`model-footfalls`.
         """
         return phase_lag(self.stride)
 
@@ -308,12 +335,17 @@ class Gait:
 
         m v^2 / 2 + I w^2 / 2 + k gap^2 / 2 of each leg in stance, and m g by the height of the centre of mass above the
         ground, from the side. From above, height counts from the start of the step, and so is zero.
+
+        See :ref:`model-energy`.
         """
         return total_energy(self.stride)
 
     @property
     def transport_cost(self) -> float:
-        """Transport cost (Eq. 3.6); nan for a gait that gets nowhere."""
+        """Transport cost (Eq. 3.6); nan for a gait that gets nowhere.
+
+        See :ref:`model-cost`.
+        """
         return transport_cost(self.work)
 
     @property
@@ -327,6 +359,8 @@ class Gait:
         """Peak force along x and y, with its sign, of each pair's leg that touches down first: ``(P, 2)``.
 
         Lateral and fore-aft, or horizontal and vertical in a side view; in units of m g.
+
+        See :ref:`model-peak-forces`.
         """
         return np.array([peak_force(self.stride, leg) for leg in self.first_legs])
 
@@ -356,6 +390,8 @@ class Gait:
 
     def recover(self, impulse: float) -> Recovery:
         """Push the gait sideways, or fore-aft in a side view, and see whether it comes back.
+
+        See :ref:`model-recovery`.
 
         Parameters
         ----------

@@ -133,6 +133,8 @@ def optimize(
     The actuation and the gait keep constraints, the soft ones at a price. Among actuations that are as good (to 1e-3),
     the smallest is taken.
 
+    See :ref:`model-optimal`.
+
     Parameters
     ----------
     animal

@@ -66,6 +66,8 @@ class GaitProblem:
     Unknowns are a vector z: the coordinates of the start that are not given, in units of v_des, v_des t_des and rad,
     and the parameters that are free.
 
+    See :ref:`model-conditions`.
+
     Parameters
     ----------
     system

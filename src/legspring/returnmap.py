@@ -36,6 +36,8 @@ def complete_map(system: System, p: Floats, *, accuracy: float = ACCURACY) -> tu
     Where a start has no displacement, because no leg of the step before is down, there are no (Dx, Dy) and no turn.
     An animal whose legs have no mirror images is not mirrored.
 
+    See :ref:`model-return-map`.
+
     Returns
     -------
     state, jacobian
@@ -51,6 +53,8 @@ def reduced_map(system: System, p: Floats, *, accuracy: float = ACCURACY) -> tup
     """Map (speed, heading) to itself over a stride, every start rebuilding the old feet: the thesis's stability map.
 
     A yawing body adds (yaw, yaw rate).
+
+    See :ref:`model-reduced`.
 
     Returns
     -------

@@ -154,6 +154,8 @@ def simulate(
 ) -> xr.Dataset:
     """Simulate an animal from any start, a gait or not.
 
+    See :ref:`model-touchdown`.
+
     Parameters
     ----------
     animal
@@ -171,7 +173,7 @@ def simulate(
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
     displacement
-        Displacement of the centre of mass over the step before, m (see `legspring.returnmap.Start`).
+        Displacement of the centre of mass over the step before, m, which says where old feet are (:ref:`model-memory`).
     yaw, yaw_rate
         Of the body, where it is free to yaw; rad, rad/s.
     strides

@@ -299,6 +299,8 @@ def search_gaits(
 ) -> Search:
     """Search for gaits at one slope and heading, and say what was found on the way.
 
+    See :ref:`numerics-search`.
+
     Parameters
     ----------
     animal

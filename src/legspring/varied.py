@@ -25,6 +25,8 @@ def parameters(
 ) -> list[Parameter]:
     """List everything of an animal that can vary at a slope: what gaits depend on, and what a start consists of.
 
+    See :ref:`numerics-parameters`.
+
     Parameters
     ----------
     animal

@@ -60,7 +60,8 @@ def draw_animal(animal: Animal, gait: Gait | None = None) -> Figure:
         _path(beside, gait)
     lines = [animal.name, *textwrap.wrap(animal.summary, 60 if gait is None else 110)]
     figure.suptitle("\n".join(lines))
-    figure.supxlabel("\n".join(_rules(animal)), fontsize=SMALL, color=GRAY)
+    rules = [part for rule in _rules(animal) for part in textwrap.wrap(rule, 60 if gait is None else 120)]
+    figure.supxlabel("\n".join(rules), fontsize=SMALL, color=GRAY)
     return figure
 
 

@@ -52,6 +52,8 @@ class Families(Mapping[str, tuple[str, ...]]):
 class Animal(Frozen):
     """A planar body on springy legs, with all that a simulation has to know about it.
 
+    See :ref:`model-mechanics`.
+
     Parameters
     ----------
     name : str

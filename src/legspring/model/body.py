@@ -10,6 +10,8 @@ from legspring.model._base import Frozen, Positive
 class Body(Frozen):
     """A planar body, eqs (2.3)-(2.6).
 
+    See :ref:`model-body`.
+
     Parameters
     ----------
     mass : float

@@ -16,6 +16,8 @@ _ROUNDING_DEG = 1e-9
 class SpeedLaw(Frozen):
     """Desired speed v_des: a straight line in the slope.
 
+    See :ref:`model-speed-law`.
+
     Parameters
     ----------
     level : float
@@ -90,6 +92,8 @@ class StepLaw(Frozen):
     The stride frequency f is the least-squares straight line through measured points. Where
     animals run faster by longer strides and not by quicker ones, f is constant. Instead of
     points, one duration for all speeds can be given.
+
+    See :ref:`model-step-law`.
 
     Parameters
     ----------

@@ -31,6 +31,8 @@ class Leg(Frozen):
     spring, whose force-free length l may be actuated, and beside all of it a damper. A foot is always put
     down at the leg's force-free length and angle; a damper's force begins at once.
 
+    See :ref:`model-legs`.
+
     Parameters
     ----------
     name : str
