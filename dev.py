@@ -92,8 +92,14 @@ def docs(arguments: list[str]) -> int:
     """Build the documentation, in which every example is run, and check its links; warnings are errors."""
     parser = argparse.ArgumentParser(prog="dev.py docs")
     parser.add_argument("--quick", action="store_true", help="show the long notebooks without running them")
-    os.environ["LEGSPRING_DOCS"] = "quick" if parser.parse_args(arguments).quick else "whole"
-    source, pages = ROOT / "docs", ROOT / "docs" / "_build" / "html"
+    quick = parser.parse_args(arguments).quick
+    os.environ["LEGSPRING_DOCS"] = "quick" if quick else "whole"
+    source, build = ROOT / "docs", ROOT / "docs" / "_build"
+    pages = build / "html"
+    if not quick:
+        # Two pages show the thesis: what both need is computed before.
+        (build / "pages").mkdir(parents=True, exist_ok=True)
+        run("legspring", "reproduce", "--out", str(build / "pages" / "thesis"))
     failed = run("sphinx-build", "-W", "--keep-going", "-j", "auto", "-q", str(source), str(pages), cwd=ROOT)
     failed = failed or run("python", str(source / "links.py"), str(pages))
     print(f"The documentation is in {pages / 'index.html'}." if not failed else "", file=sys.stderr)

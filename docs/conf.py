@@ -1,6 +1,7 @@
 """How the documentation is built: ``python3 dev.py docs`` from the root of the project."""
 
 import os
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -102,6 +103,13 @@ def save_notebooks(app: Sphinx, error: Exception | None) -> None:
                 jupytext.write(notebook, Path(app.outdir) / "notebooks" / f"{page.stem}.ipynb")
 
 
+def without_ways_back(app: Sphinx, page: str, template: str, context: dict[str, Any], tree: object) -> None:
+    """Leave out links from the source to the reference: they seek names at home, not where they are documented."""
+    if page.startswith("_modules/"):
+        context["body"] = re.sub(r'<a class="viewcode-back".*?</a>', "", context["body"])
+
+
 def setup(app: Sphinx) -> None:
     """Save the notebooks once all is built."""
+    app.connect("html-page-context", without_ways_back)
     app.connect("build-finished", save_notebooks)
