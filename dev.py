@@ -100,19 +100,9 @@ def docs(arguments: list[str]) -> int:
         # Two pages show the thesis: what both need is computed before.
         (build / "pages").mkdir(parents=True, exist_ok=True)
         run("legspring", "reproduce", "--out", str(build / "pages" / "thesis"))
-    failed = run(
-        "sphinx-build",
-        "-W",
-        "--keep-going",
-        "-j",
-        "auto",
-        "-q",
-        "-d",
-        str(build / "doctrees"),
-        str(source),
-        str(pages),
-        cwd=ROOT,
-    )
+    # One page after another: kernels that start at once may be given the same port.
+    options = ["-W", "--keep-going", "-q", "-d", str(build / "doctrees")]
+    failed = run("sphinx-build", *options, str(source), str(pages), cwd=ROOT)
     failed = failed or run("python", str(source / "links.py"), str(pages))
     print(f"The documentation is in {pages / 'index.html'}." if not failed else "", file=sys.stderr)
     return failed

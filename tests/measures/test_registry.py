@@ -122,4 +122,4 @@ def test_the_page_has_all_measures_with_their_units() -> None:
                 units[name] = unit
     for measure in MEASURES:
         assert units.pop(measure.name) == measure.unit.replace("1", ""), measure.name
-    assert list(units) == ["simulate", "recover"]
+    assert list(units) == ["simulate", "animate", "recover"]
