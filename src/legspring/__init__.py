@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from legspring.figures.film import animate as animate
+    from legspring.drawing.film import animate as animate
     from legspring.flow import IntegrationError as IntegrationError
     from legspring.gait import Gait as Gait
     from legspring.model import Animal as Animal
@@ -32,7 +32,7 @@ _HOMES = {
     "Gait": "gait",
     "IntegrationError": "flow",
     "ModelError": "model",
-    "animate": "figures.film",
+    "animate": "drawing.film",
     "atlas": "sweep",
     "cockroach": "model",
     "find_gaits": "solve",

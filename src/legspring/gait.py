@@ -27,7 +27,8 @@ from legspring.returnmap import complete_map, reduced_map
 if TYPE_CHECKING:
     import xarray as xr
 
-    from legspring.figures.film import Film
+    from legspring.drawing.film import Film
+    from legspring.drawing.stage import Shot
 
 IDLE = 1e-3
 """Peak force, in units of m g, below which a leg does nothing."""
@@ -415,8 +416,21 @@ class Gait:
 
         return simulation(self.system, self.point, strides)
 
+    def shot(self, strides: float | None = None) -> "Shot":
+        """Return what a film shows of the gait, out of the midst of it: by default two strides.
+
+        A stride before, whose feet and track are seen, and one after: the camera's way is a mean over a stride.
+        """
+        from legspring.drawing.stage import Shot
+
+        stride, shown = 1.0 / self.stride_frequency, strides or 2.0
+        place = "" if self.animal.sagittal else f"slope {self.slope_deg:g} deg, heading {self.heading:.3g} rad, "
+        number = f", branch {self.branch}" if self.branch >= 0 else ""
+        about = f", family {self.family}{number}\n{place}{self.mean_speed:.3g} m/s"
+        return Shot(self.simulate(math.ceil(shown - 1e-9) + 2), stride, (1.0 + shown) * stride, about, repeats=True)
+
     def animate(self, strides: float = 2, slow: float | None = None) -> "Film":
         """Make a moving picture of the gait (see `legspring.animate`), which notebooks show."""
-        from legspring.figures.film import animate
+        from legspring.drawing.film import animate
 
         return animate(self, strides=strides, slow=slow)

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 import legspring as ls
+from legspring.drawing.style import MARKERS
 from legspring.figures import draw_animal, draw_atlas, draw_gait, draw_recovery, draw_simulation, save_figure
 from legspring.figures.maps import draw_panels, edges
-from legspring.figures.style import MARKERS
 from legspring.gait import Gait
 
 SLOPES_DEG, HEADINGS, IMPULSES = (0.0, 20.0, 40.0), (0.0, 0.15, 0.45), (-0.5, 0.5)

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 import legspring as ls
+from legspring.drawing.style import COLOURS
 from legspring.figures import draw_footfalls
 from legspring.figures.footfalls import footfalls
-from legspring.figures.style import COLOURS
 from legspring.files import save_netcdf
 from legspring.gait import Gait
 

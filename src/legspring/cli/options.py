@@ -163,7 +163,7 @@ def check_place(animal: "Animal", slope: float | None, heading: float | None) ->
 def check_figure(path: Path | None) -> None:
     """Make sure that a figure can be saved, if one is wanted."""
     if path is not None:
-        from legspring.figures.style import SUFFIXES
+        from legspring.drawing.style import SUFFIXES
         from legspring.files import check_output
 
         check_output(path, SUFFIXES)
@@ -172,6 +172,6 @@ def check_figure(path: Path | None) -> None:
 def check_film(path: Path | None) -> None:
     """Make sure that a moving picture can be saved, if one is wanted."""
     if path is not None:
-        from legspring.figures.film import check_film
+        from legspring.drawing.film import check_film
 
         check_film(path)

@@ -5,12 +5,12 @@ file.
 Importing this package imports matplotlib.
 """
 
+from legspring.drawing.film import Film, animate
+from legspring.drawing.style import save_figure
 from legspring.figures.animals import draw_animal, draw_animals
-from legspring.figures.film import Film, animate
 from legspring.figures.footfalls import draw_footfalls
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
-from legspring.figures.style import save_figure
 
 __all__ = [
     "Film",

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
+from legspring.drawing.strokes import arrow, body, round_length, spring
+from legspring.drawing.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
 from legspring.figures.runs import length_unit
-from legspring.figures.strokes import arrow, body, round_length, spring
-from legspring.figures.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
 from legspring.gait import Gait
 from legspring.model import Animal, Leg
 

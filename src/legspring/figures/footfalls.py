@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from legspring.figures.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
+from legspring.drawing.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
 from legspring.gait import Gait
 
 STRIDES = 2

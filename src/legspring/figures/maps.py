@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from legspring.figures.style import COLUMN, MARKERS, PAGE, diverging, label, new_figure, sequential, styled, units
+from legspring.drawing.style import COLUMN, MARKERS, PAGE, diverging, label, new_figure, sequential, styled, units
 
 Floats = NDArray[np.float64]
 Limits = tuple[float, float]

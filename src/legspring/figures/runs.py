@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from legspring.figures.style import COLOURS, COLUMN, GRAY, PAGE, new_figure, styled, units
+from legspring.drawing.style import COLOURS, COLUMN, GRAY, PAGE, new_figure, styled, units
 from legspring.gait import Gait
 from legspring.measures.robustness import BACK, SURELY_BACK, Recovery
 

@@ -17,7 +17,8 @@ from legspring.layout import System
 if TYPE_CHECKING:
     import xarray as xr
 
-    from legspring.figures.film import Film
+    from legspring.drawing.film import Film
+    from legspring.drawing.stage import Shot
 
 BEGIN = 1.0 / 8.0
 """Start of the push, in step durations."""
@@ -84,9 +85,18 @@ class Recovery:
         push = push_knots(self.system, self.impulse, first_step(self.system, self.point))
         return simulation(self.system, self.point, strides, push=push)
 
+    def shot(self, strides: float | None = None) -> "Shot":
+        """Return what a film shows of it (see `simulate`)."""
+        from legspring.drawing.stage import Shot
+
+        run = self.simulate(strides)
+        back = "not back" if self.steps is None else f"back after {self.steps} steps"
+        about = f"\npushed by {self.impulse:g} m v_des, {back}"
+        return Shot(run, 0.0, float(run["time"].values[-1]), about)
+
     def animate(self, strides: float | None = None, slow: float | None = None) -> "Film":
         """Make a moving picture of the push and what follows (see `legspring.animate`), which notebooks show."""
-        from legspring.figures.film import animate
+        from legspring.drawing.film import animate
 
         return animate(self, strides=strides, slow=slow)
 

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from legspring.drawing.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
 from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
-from legspring.figures.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES
 from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS

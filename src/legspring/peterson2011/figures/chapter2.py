@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from legspring.figures.style import COLOURS, PAGE, new_figure, styled
+from legspring.drawing.style import COLOURS, PAGE, new_figure, styled
 from legspring.peterson2011.figures.registry import ThesisFigure
 from legspring.peterson2011.figures.sketches import sketch_of_model
 

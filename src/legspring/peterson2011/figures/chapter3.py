@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from legspring.figures.style import COLOURS, COLUMN, GRAY, new_figure, styled, units
+from legspring.drawing.style import COLOURS, COLUMN, GRAY, new_figure, styled, units
 from legspring.layout import System
 from legspring.measures.robustness import push_knots
 from legspring.peterson2011.figures.registry import ThesisFigure

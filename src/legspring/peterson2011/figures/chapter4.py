@@ -5,8 +5,8 @@ from functools import partial
 import xarray as xr
 from matplotlib.figure import Figure
 
+from legspring.drawing.style import styled
 from legspring.figures.maps import add_bar, add_legend, draw_atlas, draw_map, panel_grid
-from legspring.figures.style import styled
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 PHASES = (-75.0, 75.0)

@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from legspring.drawing.style import COLOURS, MARKERS, PAGE, label, new_figure, styled
 from legspring.figures.maps import Limits, draw_atlas, draw_panels, edges, family_order
-from legspring.figures.style import COLOURS, MARKERS, PAGE, label, new_figure, styled
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from legspring.drawing.style import COLOURS, GRAY, PAGE, label, new_figure, styled, units
 from legspring.figures.maps import add_bar, add_legend, draw_map, panel_grid
-from legspring.figures.style import COLOURS, GRAY, PAGE, label, new_figure, styled, units
 from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.registry import ThesisFigure
 

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
-from legspring.figures.strokes import angle, arrow, dimension, spring
-from legspring.figures.style import COLOURS, GRAY, PAGE, new_figure, styled
+from legspring.drawing.strokes import angle, arrow, dimension, spring
+from legspring.drawing.style import COLOURS, GRAY, PAGE, new_figure, styled
 from legspring.gait import Gait
 
 Floats = NDArray[np.float64]

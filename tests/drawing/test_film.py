@@ -3,6 +3,7 @@
 import json
 import re
 from base64 import b64decode
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -16,8 +17,8 @@ from PIL import Image
 from scipy.interpolate import interp1d
 
 import legspring as ls
+from legspring.drawing.stage import PULL, PUSH, PUSHED, THICK, THIN, Shot, Stage, common_window
 from legspring.figures import Film, animate
-from legspring.figures.stage import PULL, PUSH, PUSHED, THICK, THIN, Shot, Stage, common_window
 
 
 @pytest.fixture(scope="module")
@@ -46,10 +47,11 @@ def test_the_end_of_a_gait_is_its_beginning(gait: ls.Gait) -> None:
     shot = gait.animate(strides=1).shots[0]
     stride = 1.0 / gait.stride_frequency
     assert (shot.begin, shot.end) == pytest.approx((stride, 2 * stride))
-    stage = stage_of(shot)
+    assert shot.repeats
+    stage = stage_of(replace(shot, repeats=False))
     pictures = []
-    for time in (shot.begin, shot.end):
-        stage.show(time)
+    for elapsed in (0.0, stride):
+        stage.show(elapsed)
         feet = np.sort(points(stage.feet), axis=0)
         pictures.append((np.array(stage.legs.get_segments()), feet, np.array(stage.body.centre.get_data())))
     for one, other in zip(*pictures, strict=True):
@@ -59,16 +61,16 @@ def test_the_end_of_a_gait_is_its_beginning(gait: ls.Gait) -> None:
 def test_marks_on_the_ground_come_back_after_a_stride(gait: ls.Gait) -> None:
     shot = gait.animate(strides=1).shots[0]
     stage = stage_of(shot)
-    seen = []
-    for time in (shot.begin, shot.end):
-        stage.show(time)
-        marks = points(stage.ground.artist)
-        # On the lattice, places may be a whole mark apart.
-        seen.append(np.linalg.solve(stage.ground.lattice.T, (marks - marks[0]).T).T)
-        first = np.linalg.solve(stage.ground.lattice.T, marks[0] - stage.ground.marks[0])
-        seen.append(np.round(first, 6) % 1.0)
-    np.testing.assert_allclose(seen[0], seen[2], atol=1e-9)
-    np.testing.assert_allclose(seen[1], seen[3], atol=1e-6)
+    places = []
+    for elapsed in (0.0, 0.5 * (shot.end - shot.begin), (1.0 - 1e-9) * (shot.end - shot.begin)):
+        stage.show(elapsed)
+        # In marks; which of them is drawn first is of no account.
+        first = points(stage.ground.artist)[0] - stage.ground.marks[0]
+        places.append(np.linalg.solve(stage.ground.lattice.T, first) % 1.0)
+    start, middle, end = np.exp(2j * np.pi * np.array(places))
+    np.testing.assert_allclose(end, start, atol=1e-6)
+    # Half of a stride is two marks on.
+    np.testing.assert_allclose(middle[1], start[1], atol=0.05)
 
 
 def test_legs_are_where_the_simulation_has_them(gait: ls.Gait) -> None:
@@ -186,16 +188,24 @@ def test_a_player_holds_every_frame(gait: ls.Gait) -> None:
 
 def test_gaits_are_seen_side_by_side(gait: ls.Gait, runner: ls.Gait) -> None:
     film = animate(gait, runner, slow=20)
+    # The shorter one begins anew, as often as is needed, for as long as the longer one lasts.
     one, two = film.shots
-    assert one.end - one.begin == pytest.approx(two.end - two.begin)
+    assert film.duration == pytest.approx(2 / runner.stride_frequency)
+    stride = 1 / gait.stride_frequency
+    assert one.at(2.5 * stride) == pytest.approx(1.5 * stride)
+    assert two.at(film.duration / 2) == pytest.approx(1.5 * film.duration / 2 * 4 / 3)
     # Whatever their sizes, both fill their panels.
-    windows = common_window(film.shots)
-    for window, shot in zip(windows, film.shots, strict=True):
+    for window, shot in zip(common_window(film.shots), film.shots, strict=True):
         assert np.ptp(window, axis=0).max() < 2.0 * np.ptp(shot.extent, axis=0).max()
     assert film.shape[1] == 2 * film.width
     alike = animate(gait, gait.recover(0.2))
     first, second = common_window(alike.shots)
     np.testing.assert_array_equal(first, second)
+
+
+def test_a_simulation_stands_still_at_its_end(gait: ls.Gait) -> None:
+    film = animate(gait.simulate(1), gait.simulate(2))
+    assert film.shots[0].at(film.duration) == pytest.approx(1 / gait.stride_frequency)
 
 
 @pytest.mark.parametrize("name", ls.presets())
@@ -246,7 +256,7 @@ def test_subjects_are_checked(gait: ls.Gait) -> None:
 
 
 def test_without_its_extra_there_is_no_video(gait: ls.Gait, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("legspring.figures.film.find_spec", lambda name: None)
+    monkeypatch.setattr("legspring.drawing.film.find_spec", lambda name: None)
     with pytest.raises(ValueError, match=r"videos need imageio-ffmpeg, which pip install 'legspring\[video\]' brings"):
         gait.animate().save(tmp_path / "run.mp4")
     with pytest.raises(ValueError, match=r"must end in \.gif, \.html, \.mp4, \.webm"):

@@ -8,11 +8,11 @@ import uuid
 from base64 import b64encode
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import jinja2
 import matplotlib as mpl
@@ -25,17 +25,13 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from legspring.checks import checked_number, checked_positive, shown
-from legspring.figures.stage import PULL, PUSH, PUSHED, Shot, Stage, common_window
-from legspring.figures.style import STYLE, units
+from legspring.drawing.stage import PULL, PUSH, PUSHED, Shot, Stage, common_window
+from legspring.drawing.style import STYLE
 from legspring.files import check_output, whole_file
-from legspring.gait import Gait
-from legspring.measures.robustness import Recovery
 from legspring.progress import progress_bar
 
 Pictures = Iterator[NDArray[np.uint8]]
 
-STRIDES = 2.0
-"""How much of a gait is shown unless said otherwise."""
 STRIDE = 1.8
 """About how long a stride takes in a film whose slow motion is not given, s."""
 FACTORS = tuple(digit * 10.0**power for power in range(-6, 7) for digit in (1.0, 2.0, 5.0))
@@ -55,8 +51,16 @@ VIDEO = {
 FILMS = (".gif", ".html", *VIDEO)
 
 
+@runtime_checkable
+class Filmed(Protocol):
+    """What can be filmed, beside a simulation: a gait, a recovery."""
+
+    def shot(self, strides: float | None = None) -> Shot:
+        """Return what is shown of it."""
+
+
 def animate(
-    *subjects: Gait | xr.Dataset | Recovery,
+    *subjects: Filmed | xr.Dataset,
     strides: float | None = None,
     slow: float | None = None,
     fps: int = FPS,
@@ -104,21 +108,30 @@ def animate(
         raise ValueError(f"{len(subjects)} subjects: must be from 1 to {MOST_SHOTS}")
     if strides is not None and checked_positive("strides", strides) > MOST_STRIDES:
         raise ValueError(f"strides = {strides:g}: must be at most {MOST_STRIDES}")
-    whole = [None if isinstance(subject, Gait) else _whole(subject, strides) for subject in subjects]
-    gaits = [subject for subject in subjects if isinstance(subject, Gait)]
-    durations = [shot.end for shot in whole if shot] + [(strides or STRIDES) / gait.stride_frequency for gait in gaits]
-    longest, left = max(durations), iter(gaits)
-    if slow is None:
-        strides_of = [shot.run.attrs["stride_duration"] for shot in whole if shot]
-        shortest = min(strides_of + [1.0 / gait.stride_frequency for gait in gaits])
-        slow = min(FACTORS, key=lambda factor: abs(math.log(factor * shortest / STRIDE)))
-    slow = checked_positive("slow", slow)
     fps, width = _whole_number("fps", fps, 1, 100), _whole_number("width", width, 160, 2000)
-    if not 2 <= (count := longest * slow * fps) <= MOST_FRAMES:
+    shots = tuple(_shot(subject, strides) for subject in subjects)
+    shortest = min(shot.run.attrs["stride_duration"] for shot in shots)
+    if slow is None:
+        slow = min(FACTORS, key=lambda factor: abs(math.log(factor * shortest / STRIDE)))
+    film = Film(shots, checked_positive("slow", slow), fps, width)
+    if not 2 <= len(film) <= MOST_FRAMES:
         raise ValueError(
-            f"slow = {slow:g}: must be such that the film has from 2 to {MOST_FRAMES} frames; it would have {count:.6g}"
+            f"slow = {slow:g}: must be such that the film has from 2 to {MOST_FRAMES} frames; it would have {len(film)}"
         )
-    return Film(tuple(shot or _part(next(left), longest) for shot in whole), slow, fps, width)
+    return film
+
+
+def _shot(subject: Filmed | xr.Dataset, strides: float | None) -> Shot:
+    """Return what is shown of a subject."""
+    if isinstance(subject, xr.Dataset) and "stride_duration" in subject.attrs:
+        if strides is not None:
+            raise ValueError(f"strides = {strides:g}: must be left out; a simulation is shown whole")
+        time, about = subject["time"].values, subject.attrs
+        place = f"slope {about['slope_deg']:g} deg, " if about["view"] == "above" else ""
+        return Shot(subject, float(time[0]), float(time[-1]), f"\n{place}start at {about['speed']:.3g} m/s")
+    if not isinstance(subject, Filmed):
+        raise ValueError(f"{shown(subject)}: must be a Gait, a Recovery, or a Dataset of legspring.simulate")
+    return subject.shot(strides)
 
 
 def _whole_number(name: str, value: int, low: int, high: int) -> int:
@@ -127,41 +140,6 @@ def _whole_number(name: str, value: int, low: int, high: int) -> int:
     if not low <= (number := checked_number(name, value, valid)) <= high or number != round(number):
         raise ValueError(f"{name} = {shown(value)}: must be {valid}")
     return round(number)
-
-
-def _whole(subject: xr.Dataset | Recovery, strides: float | None) -> Shot:
-    """Return all of a simulation or a recovery."""
-    match subject:
-        case Recovery():
-            run = subject.simulate(strides)
-            back = "not back" if subject.steps is None else f"back after {subject.steps} steps"
-            words = f"pushed by {subject.impulse:g} {units('m v_des')}, {back}"
-        case xr.Dataset() if strides is None and "view" in subject.attrs:
-            run = subject
-            place = f"slope {run.attrs['slope_deg']:g} deg, " if run.attrs["view"] == "above" else ""
-            words = f"{place}start at {run.attrs['speed']:.3g} m/s"
-        case xr.Dataset() if strides is not None:
-            raise ValueError(f"strides = {strides:g}: must be left out; a simulation is shown whole")
-        case _:
-            raise ValueError(f"{shown(subject)}: must be a Gait, a Recovery, or a Dataset of legspring.simulate")
-    return Shot(run, 0.0, float(run["time"].values[-1]), f"{_name(run)}\n{words}")
-
-
-def _part(gait: Gait, duration: float) -> Shot:
-    """Return as much of a gait (s), out of the midst of it.
-
-    A stride before, whose feet and track are seen, and one after: the camera's way is a mean over a stride.
-    """
-    stride = 1.0 / gait.stride_frequency
-    run = gait.simulate(math.ceil(duration / stride - 1e-9) + 2)
-    place = "" if gait.animal.sagittal else f"slope {gait.slope_deg:g} deg, heading {gait.heading:.3g} rad, "
-    number = f", branch {gait.branch}" if gait.branch >= 0 else ""
-    words = f"{place}{gait.mean_speed:.3g} m/s"
-    return Shot(run, stride, stride + duration, f"{_name(run)}, family {gait.family}{number}\n{words}")
-
-
-def _name(run: xr.Dataset) -> str:
-    return str(run.attrs["animal"]).replace("_", " ")
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,7 +202,7 @@ class Film:
             for number in range(len(self)):
                 canvas.restore_region(empty)
                 for stage in stages:
-                    stage.show(stage.shot.begin + number / (self.fps * self.slow))
+                    stage.show(number / (self.fps * self.slow))
                     for artist in stage.artists:
                         figure.draw_artist(artist)
                 yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
@@ -270,22 +248,22 @@ class Film:
             If the file cannot be written.
         """
         check_film(path)
-        writers = {".gif": self._write_gif, ".html": self._write_page}
-        write = writers.get(Path(path).suffix.lower(), self._write_video)
+        suffix = Path(path).suffix.lower()
+        write = {".gif": self._write_gif, ".html": self._write_page}.get(suffix, partial(self._write_video, suffix))
         with whole_file(path) as file, progress_bar("frames", len(self), show=progress) as tick:
-            write(file, _ticking(self.frames(), tick), Path(path).suffix.lower())
+            write(file, _ticking(self.frames(), tick))
 
-    def _write_gif(self, file: Path, frames: Pictures, _: str) -> None:
+    def _write_gif(self, file: Path, frames: Pictures) -> None:
         first, *rest = _palettes(frames)
         duration = round(100.0 / self.fps) * 10
         first.save(file, format="GIF", save_all=True, append_images=rest, duration=duration, loop=0, optimize=False)
 
-    def _write_page(self, file: Path, frames: Pictures, _: str) -> None:
-        title = html.escape(" | ".join(shot.title.partition("\n")[0] for shot in self.shots))
+    def _write_page(self, file: Path, frames: Pictures) -> None:
+        title = html.escape(" | ".join(shot.name for shot in self.shots))
         page = _environment().get_template("page.html.jinja")
         file.write_text(page.render(title=title, player=self._player(frames)), encoding="utf-8")
 
-    def _write_video(self, file: Path, frames: Pictures, suffix: str) -> None:
+    def _write_video(self, suffix: str, file: Path, frames: Pictures) -> None:
         from imageio_ffmpeg import write_frames
 
         codec, options = VIDEO[suffix]
@@ -356,5 +334,5 @@ def _data_url(picture: Image.Image) -> str:
 
 def _environment() -> jinja2.Environment:
     return jinja2.Environment(
-        loader=jinja2.PackageLoader("legspring.figures", "."), undefined=jinja2.StrictUndefined, autoescape=False
+        loader=jinja2.PackageLoader("legspring.drawing", "."), undefined=jinja2.StrictUndefined, autoescape=False
     )

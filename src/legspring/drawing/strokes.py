@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Arc, Ellipse
 
-from legspring.figures.style import GRAY
+from legspring.drawing.style import GRAY
 
 
 def spring(axes: Axes, start: tuple[float, float], end: tuple[float, float], colour: str, width: float = 1.0) -> None:

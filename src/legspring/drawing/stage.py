@@ -16,8 +16,8 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from legspring.figures.strokes import arrow, body, body_length, round_length
-from legspring.figures.style import COLOURS, GRAY, SMALL
+from legspring.drawing.strokes import arrow, body, body_length, round_length
+from legspring.drawing.style import COLOURS, GRAY, SMALL
 
 Floats = NDArray[np.float64]
 
@@ -34,12 +34,23 @@ MARKS = 4
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """A part of a simulation, from one time to another (s), and what to call it."""
+    """A part of a simulation, from one time to another (s), what it is about, and whether its end is its beginning."""
 
     run: xr.Dataset
     begin: float
     end: float
-    title: str
+    about: str
+    repeats: bool = False
+
+    @property
+    def name(self) -> str:
+        """Whose it is."""
+        return str(self.run.attrs["animal"]).replace("_", " ")
+
+    def at(self, elapsed: float) -> float:
+        """Return the run's time after so much of the film's (s): one that repeats itself goes on for ever."""
+        duration = self.end - self.begin
+        return self.begin + (math.fmod(elapsed, duration) if self.repeats else min(elapsed, duration))
 
     @cached_property
     def camera(self) -> Floats:
@@ -117,7 +128,9 @@ class Stage:
 
     def __init__(self, axes: Axes, shot: Shot, window: Floats, strongest: float, pace: str = "") -> None:
         self.shot, self.strongest, self.pace = shot, strongest, pace
-        axes.set(xlim=window[:, 0], ylim=window[:, 1], aspect="equal", xticks=[], yticks=[], title=shot.title)
+        axes.set(
+            xlim=window[:, 0], ylim=window[:, 1], aspect="equal", xticks=[], yticks=[], title=f"{shot.name}{shot.about}"
+        )
         axes.spines[:].set_visible(False)
         self.scenery(axes, window)
         size = float(np.ptp(window, axis=0).max())
@@ -150,9 +163,9 @@ class Stage:
             arrow(axes, (right, middle + half), (right, middle - half))
             axes.text(right - 0.02 * width, middle, r"$g\,\sin\sigma$", ha="right", va="center", fontsize=SMALL)
 
-    def show(self, time: float) -> None:
-        """Move everything to where it is at a time (s)."""
-        run, shot = self.shot.run, self.shot
+    def show(self, elapsed: float) -> None:
+        """Move everything to where it is after so much time (s)."""
+        run, shot, time = self.shot.run, self.shot, self.shot.at(elapsed)
         times = run["time"].values
         row = int(np.clip(np.searchsorted(times, time + 1e-12, side="right") - 1, 0, len(times) - 1))
         later, share = min(row + 1, len(times) - 1), 0.0
@@ -176,7 +189,7 @@ class Stage:
         pushed = begin <= time <= max(end, begin + 0.2 * run.attrs["step_duration"])
         way = np.asarray(run.attrs["push"]) if pushed else np.full(2, np.nan)
         self.push.set_data(*np.transpose([position - self.reach * way / math.hypot(*way), position + 0.0 * way]))
-        self.clock.set_text(f"{1e3 * (time - shot.begin):.0f} ms\n{self.pace}")
+        self.clock.set_text(f"{1e3 * elapsed:.0f} ms\n{self.pace}")
 
     def show_legs(self, hip: Floats, foot: Floats, force: Floats, free: Floats) -> None:
         """Draw the legs in stance, from hips to feet."""
