@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 UNFIT = TypeError, ValueError, ArithmeticError, AttributeError, LookupError, RecursionError, NotImplementedError
 """What objects raise that are no numbers, or cannot be shown; an interruption is none of these."""
 LONGEST_GRID = 100_000
+LARGEST_GROUP = 1000
 LARGEST_SEED = 2**63 - 1
 MOST_STARTS = 1_000_000
 
@@ -116,6 +117,24 @@ def checked_choice(name: str, value: Any, valid: Iterable[str]) -> None:
     words = list(valid)
     if not (isinstance(value, str) and value in words):
         raise ValueError(f"{name} = {shown(value)}: must be {' or '.join(map(repr, words))}")
+
+
+def checked_names(name: str, value: Any) -> tuple[str, ...]:
+    """Return a sequence of distinct names as a tuple.
+
+    Raises
+    ------
+    ValueError
+        If it is something else.
+    """
+    try:
+        names = tuple(islice(iter(value), LARGEST_GROUP)) if not isinstance(value, str | bytes) else ()
+    except UNFIT:
+        names = ("", "")
+    given = isinstance(value, str | bytes) or len(set(map(str, names))) < len(names)
+    if given or not all(isinstance(one, str) for one in names):
+        raise ValueError(f"{name} = {shown(value)}: must be a sequence of different names")
+    return names
 
 
 def checked_workers(workers: Any) -> int:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.kernel.many import DURATION, Ends, many, new_ends
+from legspring.kernel.many import DURATION, N_SEEN, Ends, many, new_ends
 from legspring.kernel.measure import write_series
 from legspring.kernel.pack import GRAVITATION, MASS, STEP_DURATION
 from legspring.kernel.walker import (
@@ -45,9 +45,9 @@ from legspring.layout import ACCURACY, START, System
 from legspring.parallel import in_threads
 
 NO_PUSH, NO_PUSHES = np.zeros((0, 3)), np.zeros((0, 0, 3))
-SEEN = (*START, "duration")
-"""Names of what is observed at the end of a simulation."""
-assert SEEN.index("duration") == DURATION
+SEEN = (*START, "duration", "x", "y", "distance", "energy", "apex_height")
+"""Names of what is observed at the end of a simulation; what comes after the duration, if asked for."""
+assert SEEN.index("duration") == DURATION and len(SEEN) == N_SEEN
 Direction = str | Floats
 """A parameter's name, or a vector in the space of the parameters."""
 
@@ -129,7 +129,8 @@ class Flow:
     system, p, along
         What was simulated: all its parameters, ``(n,)``, and the directions of the derivatives, ``(D, n)``.
     seen
-        ``(8, 1 + D)``: what is observed at the end (see `SEEN`), and its derivatives; SI units.
+        ``(8, 1 + D)``, or ``(13 + 3 L, 1 + D)`` where everything is asked for: what is observed at the end (see `SEEN`
+        and `legspring.kernel.many.Ends`), and its derivatives; SI units.
     times, states
         ``(S + 1,)``, ``(S + 1, n)``: of each start of a step, and of the end: place, velocity and, where the body yaws,
         yaw and yaw rate; SI units.
@@ -238,6 +239,7 @@ def flow(
     along: Sequence[Direction] | Floats = (),
     push: Floats = NO_PUSH,
     record: bool = False,
+    everything: bool = False,
     accuracy: float = ACCURACY,
 ) -> Flow:
     """Simulate a number of steps.
@@ -258,6 +260,8 @@ def flow(
         ``(P, 3)``: knots of an acceleration from outside, in the kernel's units.
     record
         Whether to fill the tape.
+    everything
+        Whether to observe everything, and not only what a start is made of.
     accuracy
         Relative accuracy of the states after a stride.
 
@@ -279,7 +283,7 @@ def flow(
     walker = system.walker(len(ways), push)
     room = 60 * steps + 60 if record else 0
     while True:
-        tape, ends = new_tape(room, room // 2, walker), new_ends(1, steps, len(ways), walker)
+        tape, ends = new_tape(room, room // 2, walker), new_ends(1, steps, len(ways), walker, everything=everything)
         many(walker, tape, rows, ways, NO_PUSHES, float(steps), steps, scale, False, ends)
         status = int(ends.status[0])
         if status != TAPE_FULL:
@@ -306,10 +310,11 @@ class Simulator:
         watched: int = 0,
         liftoffs: bool = False,
         work: bool = False,
+        everything: bool = False,
         accuracy: float = ACCURACY,
         knots: int = 0,
     ) -> None:
-        self.steps, self.along, self.work = steps, directions(system, along), work
+        self.steps, self.along, self.work, self.everything = steps, directions(system, along), work, everything
         self._watched, self._scale = watched or steps, system.error_scale(accuracy)
         self._walker = system.walker(len(self.along), np.zeros((knots, 3)))
         self._room = 30 * steps + 30 if liftoffs or work else 0
@@ -321,7 +326,7 @@ class Simulator:
     def __call__(self, p: Floats, pushes: Floats = NO_PUSHES) -> Ends:
         """Simulate from rows of parameters, ``(N, n)``, contiguous in memory."""
         while True:
-            ends = new_ends(len(p), self.steps, len(self.along), self._walker, self.work)
+            ends = new_ends(len(p), self.steps, len(self.along), self._walker, self.work, self.everything)
             many(
                 self._walker,
                 self._tape,
@@ -350,6 +355,7 @@ def flows(
     watched: int = 0,
     liftoffs: bool = False,
     work: bool = False,
+    everything: bool = False,
     accuracy: float = ACCURACY,
     workers: int = 1,
 ) -> Ends:
@@ -367,6 +373,8 @@ def flows(
         Step at whose end the observables and their derivatives are taken; by default the last one.
     liftoffs, work
         Whether to note lift-offs, and the work of legs in the first step.
+    everything
+        Whether to observe everything (see `flow`).
     workers
         Threads; Python's lock is not held.
 
@@ -385,6 +393,7 @@ def flows(
             watched=watched,
             liftoffs=liftoffs,
             work=work,
+            everything=everything,
             accuracy=accuracy,
             knots=knots,
         )

@@ -1,4 +1,4 @@
-"""A gait: a fixed point of the mirrored one-step map, with the evidence that it is one."""
+"""A gait: a fixed point of the map of a step, or of a stride, with the evidence that it is one."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT, System
 from legspring.measures.cost import transport_cost, work_of_legs
 from legspring.measures.energy import total_energy
-from legspring.measures.footfalls import phase_lag
+from legspring.measures.footfalls import phase_lag, touchdowns
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.registry import MEASURES
 from legspring.measures.robustness import Recovery, recover, recovery_steps
@@ -84,7 +84,15 @@ class Gait:
         Largest of the conditions left, scaled by v_des, 1 rad, v_des, v_des t_des.
     displacement
         Displacement of the centre of mass over the step before (x, y), m, of an animal that is not tuned to its desired
-        speed; None for that of the desired speed, or where no leg of the step before is down.
+        speed; None for that of the desired speed, or where feet are remembered one by one.
+    turn
+        Change of yaw over the step before, rad, where steps do not mirror one another and feet are not remembered one
+        by one; else None.
+    contacts, memory
+        Legs that were put down before a step begins and are down then, and what is remembered of them (see
+        `legspring.layout.System.memory`); None where the step before says it.
+    symmetric
+        Whether steps mirror one another, if the animal is such that they may.
     drift
         Largest change of the unknowns (speed in units of v_des, phases in rad) from an integration at an accuracy of
         1e-10 to one at 1e-12.
@@ -107,6 +115,10 @@ class Gait:
     yaw: float = 0.0
     yaw_rate: float = 0.0
     displacement: tuple[float, float] | None = None
+    turn: float | None = None
+    contacts: tuple[str, ...] | None = None
+    memory: tuple[float, ...] = ()
+    symmetric: bool = True
 
     def __repr__(self) -> str:
         """Say in a line which gait this is."""
@@ -117,7 +129,7 @@ class Gait:
     @cached_property
     def system(self) -> System:
         """The animal on its slope, with this gait's legs."""
-        return System(self.animal, self.slope, self.family, self.actuation)
+        return System(self.animal, self.slope, self.family, self.actuation, self.contacts, self.symmetric)
 
     @property
     def slope_deg(self) -> float:
@@ -134,7 +146,8 @@ class Gait:
             displacement=self.displacement,
             yaw=self.yaw,
             yaw_rate=self.yaw_rate,
-            turn=None if self.system.mirrored else 0.0,
+            turn=self.turn if self.turn is not None or self.system.flips else 0.0,
+            memory=self.memory,
         )
 
     @cached_property
@@ -144,19 +157,28 @@ class Gait:
 
     @property
     def first_legs(self) -> tuple[int, ...]:
-        """For each pair, its leg that touches down at time 0."""
+        """For each pair, its leg that touches down first."""
         return self.animal.first_legs
 
     @cached_property
     def liftoff(self) -> Floats:
         """Time from touch-down to lift-off of each pair of legs, in step durations; nan if there is none."""
-        return np.array([self._liftoff(leg)[0] for leg in self.first_legs]) / self.step_duration
+        return self._stances[list(self.first_legs), 0] / self.step_duration
 
-    def _liftoff(self, leg: int) -> tuple[float, float]:
-        """Time (s) of the lift-off of a leg put down at time 0, and the rate of its gap then."""
-        events, end = self.stride.events, self.stride.times[-1]
-        here = np.flatnonzero((events.leg == leg) & events.lifts & (events.time > 0.0) & (events.time < end))
-        return (float(events.time[here[0]]), float(events.rate[here[0]])) if len(here) else (math.nan, math.nan)
+    @cached_property
+    def _stances(self) -> Floats:
+        """Time (s) from touch-down to lift-off of each leg, and the rate of its gap then, ``(L, 2)``; nan if none.
+
+        What lifts off before it is put down was put down in the stride before.
+        """
+        events, end = self.stride.events, float(self.stride.times[-1])
+        lags, found = touchdowns(self.stride), np.full((len(self.animal.legs), 2), math.nan)
+        for time, leg, lifts, rate in zip(events.time, events.leg, events.lifts, events.rate, strict=True):
+            if lifts and 0.0 < time <= end:
+                lasts = (time - lags[leg]) % end or end
+                if not found[leg, 0] <= lasts:
+                    found[leg] = lasts, rate
+        return found
 
     @property
     def events(self) -> tuple[str, ...]:
@@ -192,18 +214,17 @@ class Gait:
             run = self.stride
         except IntegrationError as error:
             return Invalid.NOT_SIMULATED, str(error)
-        for pair, leg in enumerate(self.first_legs):
-            name = self.animal.legs[leg].name
-            time, rate = self._liftoff(leg)
+        for leg in self.first_legs if self.system.mirrored else range(len(self.animal.legs)):
+            name, (time, rate) = self.animal.legs[leg].name, self._stances[leg]
             if math.isnan(time):
                 return Invalid.NO_LIFTOFF, name
-            if rate * self.system.functions[pair] > 0.0 and self.animal.legs[leg].stance is None:
+            if rate * self.system.side[leg] > 0.0 and self.animal.legs[leg].stance is None:
                 return Invalid.WRONG_SIGN, name
             if peak_magnitude(run, leg) < IDLE:
                 return Invalid.IDLE, name
-        for index, old in enumerate(self.animal.legs if not self.system.event_driven else ()):
-            left_down = self.liftoff[self.system.pair[index]] > 1.0
-            if old.offset == 1.0 and left_down != bool(run.down_at_start[index]):
+        for leg, old in enumerate(self.animal.legs):
+            left_down = self._stances[leg, 0] > (2.0 - old.offset) * self.system.step_duration
+            if old.touchdown == "clock" and old.offset > 0.0 and left_down != bool(run.down_at_start[leg]):
                 return Invalid.OLD_LEGS, old.name
         largest = float(np.max(np.abs(self.multipliers)))
         found = departure(self.system, self.point, largest)
@@ -237,7 +258,7 @@ class Gait:
 
     @cached_property
     def half_multipliers(self) -> NDArray[np.complex128]:
-        """Multipliers of the step that mirrors itself, half of a stride, in the order of `multipliers`.
+        """Multipliers of the step that the next one mirrors, half of a stride, in the order of `multipliers`.
 
         Those of a stride are their squares, of which 1 may be two things: +1, a fold or a crossing of families (passive
         ones: gaits that are tuned have other folds), or what is conserved; -1, where steps to the left and to the right
@@ -263,15 +284,14 @@ class Gait:
         See :ref:`model-work`.
         """
         share = self.system.step_length / self.distance if self.gets_on else math.nan
-        return work_of_legs(self.stride) * share
+        return work_of_legs(self.stride, steps=self.system.period) * share
 
     @cached_property
     def distance(self) -> float:
-        """How far a step gets, m: as far as desired where gaits are tuned to the desired speed."""
-        if self.animal.tuned:
-            return self.system.step_length
-        x, y = self.stride.states[1, :2]
-        return float(abs(y) if self.system.mirrored else math.hypot(x, y))
+        """How far a step gets, m: straight ahead where steps mirror one another, else whatever way."""
+        steps = self.system.period
+        x, y = self.stride.states[steps, :2] / steps
+        return float(abs(y) if self.system.flips else math.hypot(x, y))
 
     @property
     def gets_on(self) -> bool:
@@ -280,8 +300,8 @@ class Gait:
 
     @property
     def step_duration(self) -> float:
-        """Duration of a step, s."""
-        return float(self.stride.times[1])
+        """Duration of a step, s; the mean of a stride's where they differ."""
+        return float(self.stride.times[-1]) / self.system.steps_per_stride
 
     @property
     def mean_speed(self) -> float:
@@ -368,7 +388,7 @@ class Gait:
     @cached_property
     def net_force(self) -> tuple[Floats, Floats]:
         """Largest and smallest sum of the legs' forces (x, y) during a step, in units of m g."""
-        return net_force(self.stride)
+        return net_force(self.stride, steps=self.system.period)
 
     @property
     def yaw_amplitude(self) -> float:

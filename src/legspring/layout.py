@@ -1,7 +1,7 @@
 """Names for everything that can vary: the one door between an animal on a slope and the kernel's numbers.
 
 Everything stands in one vector p, in SI units (see `legspring.kernel.pack`): the start of a step, the body and its
-surroundings, and ten numbers of each leg, such as ``FL.stiffness``. What has a name of its own is a direction in that
+surroundings, and the numbers of each leg, such as ``FL.stiffness``. What has a name of its own is a direction in that
 space: one number; those of the two legs of a pair (``F.stiffness``), in mirror image where they have one; those of all
 legs (``stiffness``); or the slope, along which desired speed and step duration move by the animal's laws. Unknown,
 free, followed, varied: all of these are directions.
@@ -17,7 +17,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_angle, checked_number, checked_slope, checked_vector, shown
 from legspring.kernel.pack import FIRST_LEG
-from legspring.kernel.walker import ACTUATION, CLOCK, GROUND, N_VARIED, PHASE, Floats, Walker, new_walker
+from legspring.kernel.walker import (
+    ACTUATION,
+    CLOCK,
+    EVEN,
+    GROUND,
+    LEG_DY,
+    N_VARIED,
+    OWN,
+    PHASE,
+    UP,
+    Floats,
+    Walker,
+    new_walker,
+)
 from legspring.kernel.written import address
 from legspring.model import Animal, Leg
 
@@ -57,14 +70,27 @@ LEG = {
     "offset": ("t_des", "time of the first touch-down"),
 }
 """Units and words of the parameters, in their order in p; those of a leg in the order of its rows."""
+BY_CLOCK = {
+    "Dx": ("m", "displacement since touch-down, along x"),
+    "Dy": ("m", "displacement since touch-down, along y"),
+    "turn": ("rad", "change of yaw since touch-down"),
+}
+BY_EVENT = {
+    "foot_x": ("m", "place of the foot, seen from the centre of mass, along x"),
+    "foot_y": ("m", "place of the foot, seen from the centre of mass, along y"),
+    "age": ("t_des", "time since touch-down"),
+}
+"""What a start may say of each foot that is down from before: of legs that go by the clock, and of others."""
 MIRRORED = ("angle", "hip_x")
 """What changes its sign in a leg's mirror image."""
-ROWS = {name: n for n, name in enumerate(LEG)}
+ROWS = {name: n for names in ([*LEG, *BY_CLOCK], [*LEG, *BY_EVENT]) for n, name in enumerate(names)}
 PLACES = {name: n for n, name in enumerate([*START, *BODY])}
 
 
 def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> float:
     """Return the one slope that is given, in rad, or the only one that an animal's speed law is for.
+
+    Seen from the side, the ground is level unless a slope is given.
 
     Raises
     ------
@@ -74,6 +100,8 @@ def slope_for(animal: Animal, slope: float | None, slope_deg: float | None) -> f
     low, high = animal.speed_law.domain_deg
     if slope is None and slope_deg is None and low == high:
         return math.radians(low)
+    if slope is None and slope_deg is None and animal.sagittal:
+        return 0.0
     return checked_slope(slope, slope_deg)
 
 
@@ -116,28 +144,39 @@ class System:
         Which pairs push, by the animal's label.
     actuation
         Magnitude of the actuation of each pair, m; by default the animal's.
+    contacts
+        Names of the legs that were put down before a start and may still be down then; all others are up, and what is
+        remembered of each foot is a parameter of its own. By default legs that go by the clock may be down, under a
+        body that has moved evenly since, and no others are.
+    symmetric
+        Whether what happens in a step mirrors the step before, if the animal is such that it can.
+    apart
+        Whether feet that were put down at one instant are remembered each for itself: as they must be where their
+        offsets vary.
 
     Raises
     ------
     ValueError
-        If the slope is out of range, out of the speed law's domain or none for a side view, there is no such family,
-        or the actuation does not fit the legs.
+        If the slope is out of range or out of the speed law's domain, there is no such family or leg, or the actuation
+        does not fit the legs.
     """
 
     animal: Animal
     slope: float
     family: str
     actuation: tuple[float, ...] | None = None
+    contacts: tuple[str, ...] | None = None
+    symmetric: bool = True
+    apart: bool = False
 
     def __post_init__(self) -> None:
         """Check what is given."""
-        animal, slope = self.animal, checked_angle("slope", self.slope, math.pi / 2)
+        animal = self.animal
+        checked_angle("slope", self.slope, math.pi / 2)
         animal.functions(self.family)
-        if animal.sagittal and not math.isclose(slope, math.pi / 2):
-            raise ValueError(
-                f"slope = {math.degrees(slope):g} deg: must be 90 deg for {animal.name!r}, which is seen from the "
-                "side: gravity acts along -y, across level ground; there is no sloping ground yet"
-            )
+        before = [leg.name for leg in animal.legs if leg.offset != 0.0]
+        if unknown := [name for name in self.contacts or () if name not in before]:
+            raise ValueError(f"contacts = {shown(unknown[0])}: must be legs of offsets above 0: {', '.join(before)}")
         if self.actuation is None:
             return
         magnitudes = checked_vector("actuation", self.actuation, len(animal.pairs))
@@ -212,8 +251,16 @@ class System:
 
     @cached_property
     def mirrored(self) -> bool:
-        """Whether every other step is the mirror image of the one before: legs have images on the other side."""
-        return self.animal.mirrored
+        """Whether every other step is the image of the one before, legs changing places with their partners.
+
+        As seen from above, the mirror image; from the side, where partners are alike, a step is like the one before.
+        """
+        return self.symmetric and self.animal.mirrored
+
+    @cached_property
+    def flips(self) -> bool:
+        """Whether every other step is the one before with left and right exchanged."""
+        return self.mirrored and not self.animal.sagittal
 
     @property
     def isotropic(self) -> bool:
@@ -223,7 +270,7 @@ class System:
     @property
     def level(self) -> bool:
         """Whether gravity does no work along the ground."""
-        return self.animal.sagittal or abs(self.slope) < LEVEL
+        return abs(self.slope) < LEVEL
 
     @cached_property
     def conserved(self) -> tuple[str, ...]:
@@ -239,8 +286,53 @@ class System:
 
     @property
     def steps_per_stride(self) -> int:
-        """Steps after which all repeats itself: one where no step mirrors another, else two."""
-        return 1 if self.event_driven and not self.mirrored else 2
+        """Steps in a stride: two; one where they end at the touch-downs of legs of one offset only."""
+        return len({leg.offset for leg in self.animal.legs} & {0.0, 1.0}) if self.event_driven else 2
+
+    @property
+    def period(self) -> int:
+        """Steps after which a gait repeats itself, or its image."""
+        return 1 if self.mirrored else self.steps_per_stride
+
+    # What it remembers -----------------------------------------------------------------------------------------
+
+    @cached_property
+    def memory(self) -> tuple[str, ...]:
+        """What is remembered of the time before a start: one displacement, or what is known of each foot.
+
+        Feet of legs that go by the clock and were put down at one instant have the displacement since then in common
+        (and the change of yaw); it bears the name of the first of these legs. Other feet have a place, and an age if
+        their force depends on it.
+        """
+        if self.contacts is None:
+            return () if self.event_driven else ("Dx", "Dy", *(["turn"] if self.yaws else []))
+        names: list[str] = []
+        for i, leg in enumerate(self.animal.legs):
+            if leg.name in self.contacts and self.together(i)[0] == i:
+                names += [f"{leg.name}.{what}" for what in self._remembered_of(leg)]
+        return tuple(names)
+
+    def _remembered_of(self, leg: Leg) -> list[str]:
+        if leg.touchdown == "clock":
+            return ["Dx", "Dy", *(["turn"] if self.yaws else [])]
+        place = ["foot_x"] if self.animal.sagittal else ["foot_x", "foot_y"]
+        return place if leg.timeless else [*place, "age"]
+
+    def together(self, leg: int) -> tuple[int, ...]:
+        """Return the legs, of those that may be down at a start, whose feet were put down at one time with a leg's."""
+        legs, offset = self.animal.legs, self.animal.legs[leg].offset
+        if self.apart or legs[leg].touchdown != "clock":
+            return (leg,)
+        alike = [i for i, one in enumerate(legs) if one.touchdown == "clock" and one.offset == offset]
+        return tuple(i for i in alike if legs[i].name in (self.contacts or ())) or (leg,)
+
+    @cached_property
+    def state(self) -> tuple[str, ...]:
+        """Names of what a complete state consists of."""
+        common = [name for name in self.memory if "." not in name]
+        own = [name for name in self.memory if "." in name]
+        yaw = ["yaw", "yaw_rate"] if self.yaws else []
+        return ("speed", "heading", *common[:2], *yaw, *common[2:], *own)
 
     @property
     def weight(self) -> float:
@@ -262,6 +354,8 @@ class System:
         surroundings = [self.slope, animal.gravity, body.mass, body.inertia or math.inf]
         surroundings += [self.desired_speed, self.step_duration]
         legs = np.array([numbers_of(leg) for leg in animal.legs])
+        ahead = [n for n, leg in enumerate(animal.legs) if leg.touchdown == "clock" and leg.offset > 0.0]
+        legs[ahead, LEG_DY] = self.step_length * (2.0 - self.offset[ahead])
         if self.actuation is not None:
             legs[:, ACTUATION] = np.array(self.actuation)[self.pair]
         p = np.concatenate([start, surroundings, legs.ravel()])
@@ -278,6 +372,7 @@ class System:
         yaw: float = 0.0,
         yaw_rate: float = 0.0,
         turn: float | None = None,
+        memory: Sequence[float] = (),
     ) -> Floats:
         """Return the parameters with a start, ``(n,)``.
 
@@ -296,6 +391,8 @@ class System:
         turn
             Change of yaw over the step before, rad; by default twice the yaw, as in a gait whose steps mirror one
             another.
+        memory
+            What is remembered of each foot, in the order of `memory`; by default that the body moved straight ahead.
 
         Raises
         ------
@@ -312,6 +409,8 @@ class System:
             raise ValueError(f"{start}: must have a positive speed and finite numbers")
         if not self.yaws and np.any(p[4:7] != 0.0):
             raise ValueError(f"yaw = {yaw!r}, yaw_rate = {yaw_rate!r}: must be 0 for a body whose yaw is held")
+        for name, value in zip((name for name in self.memory if "." in name), memory, strict=False):
+            p[self.direction(name) != 0.0] = value
         if phase is not None:
             angles = checked_vector("phase", phase, len(self.animal.pairs))
             if np.any(np.abs(angles) > 1e3):
@@ -363,8 +462,10 @@ class System:
         if name in PLACES or name == "slope_deg":
             self._move_by_laws(direction, name, pinned)
             return direction
+        quantity = name.rpartition(".")[2]
         for leg, sign in self.legs_of(name).items():
-            direction[self.place(leg, name.rpartition(".")[2])] = sign
+            for one in self.together(leg) if quantity in BY_CLOCK else (leg,):
+                direction[self.place(one, quantity)] = sign
         return direction
 
     def _move_by_laws(self, direction: Floats, name: str, pinned: Sequence[str]) -> None:
@@ -402,11 +503,14 @@ class System:
         if not isinstance(name, str):
             raise ValueError(f"parameter = {shown(name)}: must be a name")
         owner, _, quantity = name.rpartition(".")
+        if quantity in (*BY_CLOCK, *BY_EVENT) and name in self.memory:
+            return {[leg.name for leg in self.animal.legs].index(owner): 1.0}
         if quantity not in LEG:
             raise ValueError(f"parameter = {shown(name)}: must be one of {', '.join(self._valid_names())}")
         legs = self.animal.legs_named(owner) if owner else tuple(range(len(self.animal.legs)))
         firsts = set(self.animal.first_legs) | ({legs[0]} if len(legs) == 1 else set())
-        signs = {leg: 1.0 if leg in firsts or quantity not in MIRRORED else -1.0 for leg in legs}
+        alike = quantity not in MIRRORED or self.animal.sagittal
+        signs = {leg: 1.0 if leg in firsts or alike else -1.0 for leg in legs}
         first, *others = (sign * self.values[self.place(leg, quantity)] for leg, sign in signs.items())
         if quantity == "offset":
             # The legs of a pair are a step apart.
@@ -434,11 +538,14 @@ class System:
     # Its place in the kernel ------------------------------------------------------------------------------------
 
     @cached_property
-    def _topology(self) -> tuple[Floats, Floats, Floats]:
+    def _topology(self) -> tuple[Floats, Floats, Floats, Floats]:
         legs = self.animal.legs
         names = [leg.name for leg in legs]
         triggers = np.array([trigger(leg, names) for leg in legs])
-        return self.side, triggers, np.array([address(leg.length_law) for leg in legs])
+        memory = np.full(len(legs), EVEN)
+        if self.contacts is not None:
+            memory = np.array([OWN if name in self.contacts else UP for name in names])
+        return self.side, triggers, np.array([address(leg.length_law) for leg in legs]), memory
 
     @cached_property
     def _longest(self) -> float:
@@ -472,4 +579,7 @@ def numbers_of(leg: Leg) -> list[float]:
         leg.damping,
         leg.stance or 0.0,
         leg.offset,
+        0.0,
+        0.0,
+        0.0,
     ]

@@ -10,19 +10,20 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from legspring.checks import checked_angle, checked_vector, shown
+from legspring.checks import checked_angle, checked_number, checked_vector, shown
 from legspring.flow import SEEN, Direction, flows
 from legspring.gait import Gait
+from legspring.kernel.many import N_FEW, N_SEEN
 from legspring.kernel.newton import Task
 from legspring.kernel.walker import Floats
-from legspring.layout import ACCURACY, PLACES, START, System
+from legspring.layout import ACCURACY, BY_CLOCK, PLACES, START, System
 from legspring.model import Animal
-from legspring.returnmap import ASIDE, state_names
+from legspring.returnmap import seen_at, signs
 
 SLOWEST, FASTEST = 0.2, 5.0
 """Range of the speed, in units of the desired one, further from which nothing is looked for."""
@@ -35,28 +36,32 @@ RANGES = {
     "Dy": (0.5, 1.5),
     "yaw": (-0.4, 0.4),
     "yaw_rate": (-1.0, 1.0),
+    "turn": (-0.4, 0.4),
+    "foot_x": (-1.0, 1.0),
+    "foot_y": (-1.0, 1.0),
+    "age": (0.0, 1.0),
 }
-"""Where searches start, in units of v_des, t_des (where steps end at touch-downs: of the time for a leg's length) and
-rad; an animal whose legs have no mirror images may go anywhere."""
+"""Where searches start, in units of v_des, t_des (where steps end at touch-downs: of the time for a leg's length), the
+longest leg and rad; an animal whose legs have no mirror images may go anywhere."""
 NARROW = {"speed": (0.6, 1.4), "yaw": (-0.2, 0.2), "yaw_rate": (-0.4, 0.4)}
 """The same where phases are tuned to a given progress."""
 SLACK = 0.15
 """Allowance on the cosine of the phase for what a force does in the ignored window."""
 TIED = ("slope", "slope_deg", "desired_speed")
 """What others depend on by the animal's laws, which are no straight lines."""
-TARGETS = {"mean_speed": "Dy", "lateral_drift": "Dx"}
-"""What may be asked of a step, m/s, and the coordinate of the start that it fixes where steps last as long as the clock
-says: the step before was like this one."""
-
-
-class Symmetry(NamedTuple):
-    """After how many steps a gait repeats itself, and whether as its mirror image."""
-
-    steps: int = 1
-    mirrored: bool = True
-
-
-STEP_FOR_STEP = Symmetry()
+NOTHING: Mapping[str, float | str] = MappingProxyType({})
+TARGETS = {
+    "speed": "m/s, at the start of a step",
+    "mean_speed": "m/s",
+    "energy": "J, at the start of a step",
+    "apex_height": "m, above the ground",
+    "heading": "rad, at the start of a step",
+    "lateral_drift": "m/s",
+}
+"""What gaits may be asked for, and its unit."""
+PINNED = {"mean_speed": "Dy", "lateral_drift": "Dx"}
+"""Where steps mirror one another and last as long as the clock says, what is asked of a step fixes a coordinate of its
+start: the step before was like this one."""
 
 
 @dataclass(frozen=True)
@@ -71,14 +76,12 @@ class GaitProblem:
     Parameters
     ----------
     system
-        The animal on its slope, of one family.
+        The animal on its slope, of one family; what it remembers at a start, and whether steps mirror one another.
     free
         Parameters that are unknowns beside the state, such as ``"F.phase"``.
     given
-        What is known of the start (``"speed"``, ``"heading"``, ``"yaw"``, ``"yaw_rate"``) or asked of a step
-        (``"mean_speed"``, ``"lateral_drift"``, m/s): numbers, or the name of the parameter that it is equal to.
-    symmetry
-        When a gait repeats itself.
+        What is known of the start (any coordinate of the state) or asked of a gait (see `TARGETS`): numbers, or the
+        name of the parameter that it is equal to.
 
     Raises
     ------
@@ -89,44 +92,68 @@ class GaitProblem:
     system: System
     free: tuple[str, ...] = ()
     given: Mapping[str, float | str] = field(default_factory=dict)
-    symmetry: Symmetry = STEP_FOR_STEP
 
     def __post_init__(self) -> None:
         """Count unknowns and conditions."""
         for name, wanted in self.given.items():
             if name not in (*self._state, *TARGETS):
-                valid = ", ".join([*self._state, *TARGETS])
+                valid = ", ".join(dict.fromkeys([*self._state, *TARGETS]))
                 raise ValueError(f"given = {shown(name)}: must be one of {valid}")
             if isinstance(wanted, str) and wanted not in PLACES:
                 raise ValueError(f"{name} = {shown(wanted)}: must be a number, or one of {', '.join(PLACES)}")
+        if "apex_height" in self.given and not self.system.animal.sagittal:
+            raise ValueError("apex_height: must be left out for an animal that is not seen from the side")
         for name in self.free:
             if name in TIED:
                 raise ValueError(f"free = {name!r}: must be a parameter to which the animal's laws tie no other")
+            if name in self.system.state:
+                raise ValueError(f"free = {name!r}: must be no coordinate of the start, which is free unless given")
             self.system.direction(name)
-        missing = len(self.conditions) - len(self.unknowns)
+        missing = self.excess
         if missing:
             known = ", ".join(f"{name} = {value}" for name, value in self.given.items()) or "nothing"
             change = f"{missing} more free, or as many fewer given" if missing > 0 else f"{-missing} more given"
             raise ValueError(
                 f"animal = {self.system.animal.name!r}: has {len(self.unknowns)} unknowns ({', '.join(self.unknowns)}) "
-                f"for {len(self.conditions)} conditions (that {', '.join(self.conditions)} come back), given {known}: "
+                f"for {len(self.conditions)} conditions ({', '.join(self.conditions)}), given {known}: "
                 f"must have {change}"
             )
 
     @property
+    def excess(self) -> int:
+        """By how many the conditions outnumber the unknowns."""
+        return len(self.conditions) - len(self.unknowns)
+
+    @property
     def _state(self) -> list[str]:
-        return [name for name in state_names(self.system, memory=not self.system.event_driven) if name != "turn"]
+        # Where steps mirror one another the body has turned, in the step before, by twice its yaw.
+        return [name for name in self.system.state if not (name == "turn" and self.system.flips)]
+
+    @property
+    def _pinned(self) -> Mapping[str, str]:
+        """Which coordinate of the start a target fixes."""
+        own: dict[str, str] = {name: name for name in self._state}
+        return own | (PINNED if self.system.flips and "Dy" in self._state else {})
 
     @cached_property
     def pins(self) -> dict[str, float]:
         """Coordinates of the start that are given, in SI units."""
-        return {TARGETS.get(name, name): self._value(name) for name in self.given}
+        pinned = self._pinned
+        return {pinned[name]: self._value(name) for name in self.given if name in pinned}
+
+    @cached_property
+    def targets(self) -> tuple[str, ...]:
+        """What is asked of the motion, beside that it comes back."""
+        return tuple(name for name in self.given if name not in self._pinned)
 
     def _value(self, name: str) -> float:
         """Return what a coordinate of the start is given as; a target is that of a step."""
+        value = self._wanted(name)
+        return value * self.system.step_duration if name in PINNED else value
+
+    def _wanted(self, name: str) -> float:
         wanted = self.given[name]
-        value = float(self.system.values[PLACES[wanted]]) if isinstance(wanted, str) else wanted
-        return value * self.system.step_duration if name in TARGETS else value
+        return float(self.system.values[PLACES[wanted]]) if isinstance(wanted, str) else wanted
 
     @cached_property
     def unknowns(self) -> tuple[str, ...]:
@@ -137,7 +164,7 @@ class GaitProblem:
 
     @cached_property
     def conditions(self) -> tuple[str, ...]:
-        """Names of the coordinates that have to come back, and do not do so anyway.
+        """Names of the coordinates that have to come back, and do not do so anyway; then of what is asked for.
 
         Energy: the speed comes back if the rest does. A body that nothing turns does not turn; that it does not is left
         to ``legspring.repetition``, as it is for any yaw where all directions are alike.
@@ -146,9 +173,9 @@ class GaitProblem:
         anyway = {"speed"} if "energy" in conserved else set()
         if "yaw_rate" in conserved:
             anyway |= {"yaw", "yaw_rate"}
-        elif self.system.isotropic and not self.symmetry.mirrored:
+        elif self.system.isotropic and not self.system.flips:
             anyway.add("yaw")
-        return tuple(name for name in self._state if name not in anyway)
+        return (*(name for name in self._state if name not in anyway), *self.targets)
 
     @property
     def size(self) -> int:
@@ -161,17 +188,20 @@ class GaitProblem:
         Where steps end at touch-downs the step duration is a unit of time that somebody has chosen: turning is measured
         by the speed.
         """
-        system = self.system
-        if name in ("Dx", "Dy"):
+        system, quantity = self.system, name.rpartition(".")[2]
+        longest = max(leg.length for leg in system.animal.legs)
+        units = {"speed": system.desired_speed, "energy": system.animal.body.mass * system.desired_speed**2}
+        units |= {"mean_speed": system.desired_speed, "lateral_drift": system.desired_speed, "apex_height": longest}
+        units["yaw_rate"] = system.desired_speed / longest if system.event_driven else 1.0 / system.step_duration
+        if name in units:
+            return units[name]
+        if quantity in ("Dx", "Dy"):
             return system.step_length
-        if name == "speed":
-            return system.desired_speed
-        if name == "yaw_rate":
-            longest = max(leg.length for leg in system.animal.legs)
-            return system.desired_speed / longest if system.event_driven else 1.0 / system.step_duration
-        if name in START or name.endswith(("phase", "angle")):
+        if quantity in ("foot_x", "foot_y"):
+            return longest
+        if quantity in (*START, "phase", "angle", "age"):
             return 1.0
-        return abs(float(self.system.values[self.system.place_of(name)])) or 1.0
+        return abs(float(system.values[system.place_of(name)])) or 1.0
 
     def direction(self, name: str) -> Floats:
         """Return the direction along which a parameter grows, ``(n,)`` (see `System.direction`).
@@ -181,12 +211,14 @@ class GaitProblem:
         """
         direction = self.system.direction(name)
         for asked, wanted in self.given.items():
+            if asked not in self._pinned:
+                continue
             moved = direction[PLACES[wanted]] if isinstance(wanted, str) else 0.0
-            if asked in TARGETS:
+            if asked in PINNED:
                 duration = self.system.step_duration
                 moved = moved * duration + self._value(asked) / duration * direction[PLACES["step_duration"]]
-            direction[PLACES[TARGETS.get(asked, asked)]] += moved
-        if name == "yaw" and self.symmetry.mirrored:
+            direction += moved * self.system.direction(self._pinned[asked])
+        if name == "yaw" and self.system.flips and "turn" in self.system.state:
             direction[PLACES["turn"]] = 2.0
         return direction
 
@@ -194,8 +226,9 @@ class GaitProblem:
     def base(self) -> Floats:
         """All parameters where the unknowns are zero, ``(n,)``."""
         p = self.system.values.copy()
-        for name in self._state:
-            p[PLACES[name]] = self.pins.get(name, 0.0)
+        for name in self.system.state:
+            along = self.system.direction(name)
+            p[along != 0.0] = self.pins.get(name, 0.0)
         for name in self.free:
             p[self.system.direction(name) != 0.0] = 0.0
         return p
@@ -206,16 +239,40 @@ class GaitProblem:
         along = np.array([self.direction(name) for name in self.unknowns]) * self.units[:, None]
         ranges = [(SLOWEST, FASTEST) if name == "speed" else (-math.inf, math.inf) for name in self.unknowns]
         low, high = np.array(ranges).T
-        at_end, at_start = np.zeros((len(self.conditions), len(SEEN))), np.zeros((len(self.conditions), len(START)))
-        turns = np.zeros(len(self.conditions))
+        count = len(self.conditions)
+        at_end, at_start = np.zeros((count, self.seen)), np.zeros((count, len(self.system.values)))
+        given, turns = np.zeros(count), np.zeros(count)
         for row, name in enumerate(self.conditions):
-            mirror = -1.0 if self.symmetry.mirrored and name in ASIDE else 1.0
-            at_end[row, PLACES[name]], at_start[row, PLACES[name]] = mirror / self.unit(name), -1.0 / self.unit(name)
+            unit = self.unit(name)
+            if name in self.targets:
+                at_end[row], given[row] = self._asked(name) / unit, self._goal(name) / unit
+                continue
+            at_end[row, seen_at(self.system, name)] = signs(self.system, [name])[0] / unit
+            at_start[row, self.system.place_of(name)] = -1.0 / unit
             turns[row] = 2.0 * math.pi if name in ANGLES else 0.0
         # Nothing is beyond the range where a speed and phases are sought that go with each other; elsewhere searches
         # come back from there.
-        given, stops = np.zeros(len(self.conditions)), "Dy" in self.pins
-        return Task(along, low.copy(), high.copy(), at_end, at_start, given, turns, stops)
+        rows, columns = (np.flatnonzero(np.any(matrix != 0.0, axis=0)) for matrix in (at_end, at_start))
+        return Task(along, low.copy(), high.copy(), at_end, at_start, rows, columns, given, turns, "Dy" in self.pins)
+
+    @cached_property
+    def seen(self) -> int:
+        """How much has to be observed."""
+        return N_SEEN + 3 * len(self.system.animal.legs) if self.system.contacts or self.targets else N_FEW
+
+    def _asked(self, name: str) -> Floats:
+        """Return the combination of what is observed that has to be as is asked for: a speed times the duration."""
+        row = np.zeros(self.seen)
+        if name in PINNED:
+            along = "y" if self.system.flips else "distance"
+            row[SEEN.index(along if name == "mean_speed" else "x")] = 1.0 / self.system.step_duration
+            row[SEEN.index("duration")] = -self._wanted(name) / self.system.step_duration
+        else:
+            row[SEEN.index(name)] = 1.0
+        return row
+
+    def _goal(self, name: str) -> float:
+        return 0.0 if name in PINNED else self._wanted(name)
 
     def points(self, z: Floats, base: Floats | None = None) -> Floats:
         """Return all parameters at some unknowns, ``(N, n)``; other parameters than the system's may be the base."""
@@ -250,23 +307,32 @@ class GaitProblem:
         p = self.points(z, base)
         more = [self.direction(one) if isinstance(one, str) else one for one in along]
         ways = np.vstack([self.task.along, *more])
-        ends = flows(self.system, p, steps=self.symmetry.steps, along=ways, accuracy=accuracy)
+        ends = flows(
+            self.system, p, steps=self.system.period, along=ways, everything=self.seen > N_FEW, accuracy=accuracy
+        )
         return self.left(p, ways, ends.seen)
 
     def left(self, p: Floats, along: Floats, seen: Floats) -> tuple[Floats, Floats]:
         """Return what is left of the conditions at parameters from which this was seen, and its derivatives."""
-        task = self.task
-        values = seen[:, :, 0] @ task.at_end.T + p[:, : len(START)] @ task.at_start.T
+        task, rows, columns = self.task, self.task.rows, self.task.columns
+        values = seen[:, rows, 0] @ task.at_end[:, rows].T + p[:, columns] @ task.at_start[:, columns].T - task.given
         if task.turns.any():
             turns = np.where(task.turns > 0.0, task.turns, np.inf)
             values -= np.where(task.turns > 0.0, task.turns * np.round(values / turns), 0.0)
-        return values, task.at_end @ seen[:, :, 1:] + task.at_start @ along[:, : len(START)].T
+        by = task.at_end[:, rows] @ seen[:, rows, 1:] + task.at_start[:, columns] @ along[:, columns].T
+        for name in self.targets:
+            wanted = self.given[name]
+            if isinstance(wanted, str):
+                # What is asked for is a parameter that may itself vary.
+                share = seen[:, SEEN.index("duration"), :1] / self.system.step_duration if name in PINNED else 1.0
+                by[:, self.conditions.index(name)] -= share * along[:, PLACES[wanted]] / self.unit(name)
+        return values, by
 
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.
 
         Right after touch-down a leg's force has the sign of the rate of its gap (see ``legspring.solve``), which bounds
-        the phase. Only legs as the thesis has them begin with such a force.
+        the phase of legs that are put down at the start. Only legs as the thesis has them begin with such a force.
         """
         system = self.system
         fastest, slowest = (limit * system.step_length for limit in reversed(NARROW["speed"]))
@@ -283,22 +349,39 @@ class GaitProblem:
 
     def box(self) -> tuple[Floats, Floats] | None:
         """Return the range of each unknown in which gaits are looked for; None where there can be no gait."""
-        tuned = "Dy" in self.pins
+        animal, tuned = self.system.animal, "mean_speed" in self.given and self.system.animal.tuned
         ranges = dict(RANGES | NARROW if tuned else RANGES)
-        if not self.symmetry.mirrored:
+        if animal.sagittal or not self.system.mirrored:
             ranges["heading"] = (-math.pi, math.pi)
-        if self.free and tuned:
+        ranges |= {f"{pair}.phase": (-math.pi, math.pi) for pair in animal.pairs}
+        if self.free and tuned and "heading" in self.pins:
             limits = self.phase_range()
             if np.any(np.isnan(limits)):
                 return None
-            ranges |= {
-                f"{pair}.phase": (-limit, limit) for pair, limit in zip(self.system.animal.pairs, limits, strict=True)
-            }
+            ranges |= {f"{pair}.phase": (-limit, limit) for pair, limit in zip(animal.pairs, limits, strict=True)}
         for name in self.free:
             here = float(self.system.values[self.places[name]]) / self.unit(name)
             ranges.setdefault(name, (here - 0.2 * abs(here), here + 0.2 * abs(here)))
-        low, high = np.array([ranges[name] for name in self.unknowns]).T
+        low, high = np.array([ranges.get(name) or ranges[name.rpartition(".")[2]] for name in self.unknowns]).T
         return low, high
+
+    def evenly(self, z: Floats) -> Floats:
+        """Return starts ``(N, size)`` before which the body has moved evenly, as they go on: so are feet remembered."""
+        z = z.copy()
+        own = [name for name in self.unknowns if "." in name and name.rpartition(".")[2] in BY_CLOCK]
+        if not own:
+            return z
+        starts = self.points(z)
+        speed, heading = starts[:, PLACES["speed"]], starts[:, PLACES["heading"]]
+        if self.system.flips:
+            heading = np.zeros_like(heading)
+        legs = [leg.name for leg in self.system.animal.legs]
+        for name in own:
+            leg, _, quantity = name.rpartition(".")
+            ago = (2.0 - self.system.offset[legs.index(leg)]) * self.system.step_duration
+            way = {"Dx": -np.sin(heading), "Dy": np.cos(heading), "turn": np.zeros_like(heading)}[quantity]
+            z[:, self.unknowns.index(name)] = ago * speed * way / self.unit(name)
+        return z
 
     def at(self, *, slope: float | None = None, heading: float | None = None) -> "GaitProblem":
         """Return the same problem at another slope or heading, rad."""
@@ -344,7 +427,7 @@ class GaitProblem:
         changed = {name: float(p[self.places[name]]) for name in self.free if not name.endswith(".phase")}
         if changed:
             animal = animal.replace(**changed)
-        place = float(p[PLACES["Dx"]]), float(p[PLACES["Dy"]])
+        even = system.contacts is None and not np.array_equal(p[2:4], system.values[2:4])
         return Gait(
             animal=animal,
             slope=system.slope,
@@ -352,11 +435,15 @@ class GaitProblem:
             family=system.family,
             speed=float(p[PLACES["speed"]]),
             phase=tuple(float(p[system.place(leg, "phase")]) for leg in animal.first_legs),
-            actuation=system.magnitudes,
+            actuation=animal.actuation if changed else system.magnitudes,
             residual=residual,
             yaw=float(p[PLACES["yaw"]]),
             yaw_rate=float(p[PLACES["yaw_rate"]]),
-            displacement=None if place == tuple(system.values[2:4]) else place,
+            displacement=(float(p[PLACES["Dx"]]), float(p[PLACES["Dy"]])) if even else None,
+            turn=float(p[PLACES["turn"]]) if system.contacts is None and not system.flips else None,
+            contacts=system.contacts,
+            memory=tuple(float(p[system.place_of(name)]) for name in system.memory if "." in name),
+            symmetric=system.symmetric,
         )
 
 
@@ -369,79 +456,136 @@ def check_tuned(animal: Animal, purpose: str) -> None:
         )
 
 
-def check_mirrored(animal: Animal) -> None:
-    """Raise ValueError unless every pair has a leg for each step, and these are mirror images."""
-    for pair in animal.pairs:
-        if not {0.0, 1.0} == {leg.offset for leg in animal.legs if leg.pair == pair}:
-            raise ValueError(
-                f"pair {pair!r} of animal {animal.name!r}: a gait that mirrors itself from step to step needs one leg "
-                "that touches down at offset 0 and one at offset 1"
-            )
-    if not animal.mirrored:
+def open_phases(animal: Animal) -> tuple[str, ...]:
+    """Name the phases that gaits choose: those of actuated legs that are not given."""
+    firsts = (animal.legs[i] for i in animal.first_legs)
+    return tuple(f"{leg.pair}.phase" for leg in firsts if animal.tuned and leg.phase is None and leg.actuation > 0.0)
+
+
+def earlier_legs(animal: Animal) -> tuple[str, ...] | None:
+    """Return the legs by the clock that may be down from before when a step begins; None if one memory does for all.
+
+    The latter where all legs go by the clock and are put down as steps begin.
+    """
+    if all(leg.touchdown == "clock" for leg in animal.legs):
+        if all(leg.offset in (0.0, 1.0) for leg in animal.legs):
+            return None
+        return tuple(leg.name for leg in animal.legs if leg.offset > 0.0)
+    return tuple(leg.name for leg in animal.legs if leg.offset > 0.0 and leg.touchdown == "clock")
+
+
+def checked_targets(targets: Mapping[str, float | None]) -> dict[str, float | str]:
+    """Return the targets that are given, checked.
+
+    Raises
+    ------
+    ValueError
+        For one that is no such number.
+    """
+    given: dict[str, float | str] = {}
+    for name, value in targets.items():
+        if name not in TARGETS:
+            raise ValueError(f"target = {shown(name)}: must be one of {', '.join(TARGETS)}")
+        if value is None:
+            continue
+        if name == "heading":
+            given[name] = checked_angle(name, value, math.pi)
+        elif name == "lateral_drift":
+            given[name] = checked_number(name, value, "a finite number (m/s)")
+        else:
+            number = checked_number(name, value, f"a positive number ({TARGETS[name]})")
+            if number <= 0.0:
+                raise ValueError(f"{name} = {shown(value)}: must be a positive number ({TARGETS[name]})")
+            given[name] = number
+    return given
+
+
+def problem_for(
+    animal: Animal,
+    slope: float,
+    family: str,
+    given: Mapping[str, float | str] = NOTHING,
+    free: Sequence[str] = (),
+    *,
+    actuation: ArrayLike | None = None,
+    mirrored: bool | None = None,
+    contacts: Sequence[str] = (),
+) -> GaitProblem:
+    """Return the problem of a gait of one family.
+
+    Parameters
+    ----------
+    animal, slope, family, actuation
+        See `legspring.layout.System`.
+    given, free
+        What is asked for (see `TARGETS`), and parameters that are let go, beside the phases that are open. If that
+        leaves unknowns without a condition, a tuned animal is asked for its desired speed and no lateral drift, and
+        one that keeps its energy for the desired speed at the start.
+    mirrored
+        Whether steps mirror one another; by default if the animal is such that they may.
+    contacts
+        Of the legs that do not go by the clock: which of those put down before are still down as a step begins.
+
+    Raises
+    ------
+    ValueError
+        If what is asked for, or what is free, does not fit the animal or one another.
+    """
+    if actuation is not None:
+        check_tuned(animal, "for an actuation to be given")
+        actuation = tuple(checked_vector("actuation", actuation, len(animal.pairs)).tolist())
+    if mirrored and not animal.mirrored:
         raise ValueError(
-            f"pair {animal.odd_pair!r} of animal {animal.name!r}: must have legs that are mirror images for a gait "
-            "that mirrors itself from step to step; it may be simulated"
+            f"mirrored = True: must be left out, as pair {animal.odd_pair!r} of animal {animal.name!r} has not two "
+            "legs that are mirror images, one step apart"
         )
+    clock = earlier_legs(animal)
+    both = None if clock is None else (*clock, *contacts)
+    system = System(animal, slope, family, actuation, both, symmetric=mirrored is not False)
+    given = dict(given)
+    free = (*open_phases(animal), *(name for name in free if name not in open_phases(animal)))
+    defaults: list[tuple[str, float | str]] = []
+    # A body that nothing turns may have any yaw, and so may one for which all directions are alike.
+    if "yaw_rate" in system.conserved:
+        given |= {"yaw": 0.0, "yaw_rate": 0.0}
+    elif system.isotropic and not system.flips:
+        given["yaw"] = 0.0
+    if animal.tuned:
+        defaults = [("mean_speed", "desired_speed"), ("lateral_drift", 0.0)]
+    elif "energy" in system.conserved:
+        defaults = [("speed", "desired_speed")]
+    spare = -Counted(system, free, given).excess
+    for name, value in defaults:
+        if spare > 0 and name not in given:
+            given[name] = value
+            spare -= 1
+    if animal.tuned and spare > 0:
+        raise ValueError(too_few(animal, free, given, spare))
+    return GaitProblem(system, free, given)
+
+
+class Counted(GaitProblem):
+    """A problem whose unknowns and conditions need not match."""
+
+    def __post_init__(self) -> None:
+        """Count nothing."""
+
+
+def too_few(animal: Animal, free: Sequence[str], given: Mapping[str, float | str], spare: int) -> str:
+    """Say that less is asked of a tuned animal than it has phases open."""
+    if "heading" not in given and spare == 1:
+        return "heading is missing: must be an angle in rad, within +-pi/2"
+    more = ", ".join(name for name in TARGETS if name not in given and (animal.sagittal or name != "apex_height"))
+    return (
+        f"animal = {animal.name!r}: has {len(free)} unknowns of its own ({', '.join(free)}) for {len(given)} targets "
+        f"({', '.join(given)}): must have {spare} more phase{'s' if spare > 1 else ''} given, as in "
+        f"replace(**{{{free[-1]!r}: 0.5}}), or {spare} more of the targets {more}"
+    )
 
 
 def tuned(animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None = None) -> GaitProblem:
     """Return the problem of a gait at a given heading, straight up at the desired speed: phases are free."""
     check_tuned(animal, "for a gait at a given heading")
-    if len(animal.pairs) != 3:
-        raise ValueError(
-            f"animal = {animal.name!r} has {len(animal.pairs)} pairs of legs: the four conditions of a gait fix "
-            "the speed and the phases of exactly three"
-        )
-    if given := [leg for leg in animal.legs if leg.phase is not None]:
-        raise ValueError(
-            f"phase = {given[0].phase!r} of pair {given[0].pair!r} of animal {animal.name!r}: must be left out, or "
-            "given for all pairs; the conditions of a gait at a given heading fix all three phases"
-        )
-    if actuation is not None:
-        actuation = tuple(checked_vector("actuation", actuation, len(animal.pairs)).tolist())
-    system = System(animal, slope, family, actuation)
-    wanted: dict[str, float | str] = {
-        "heading": checked_angle("heading", heading, math.pi / 2),
-        "mean_speed": "desired_speed",
-        "lateral_drift": 0.0,
-    }
-    check_mirrored(animal)
-    return GaitProblem(system, tuple(f"{pair}.phase" for pair in animal.pairs), wanted)
-
-
-def periodic(animal: Animal, slope: float, family: str) -> GaitProblem:
-    """Return the problem of a gait that only repeats itself; where energy is conserved, at the desired speed."""
-    system = System(animal, slope, family)
-    if system.steps_per_stride == 2:
-        check_mirrored(animal)
-    elif any(leg.offset for leg in animal.legs):
-        raise ValueError(f"animal = {animal.name!r}: must have legs of offset 0, or in pairs, for steps to be alike")
-    given: dict[str, float | str] = {"speed": "desired_speed"} if "energy" in system.conserved else {}
-    # A body that nothing turns may have any yaw, and so may one for which all directions are alike.
-    if "yaw_rate" in system.conserved:
-        given |= {"yaw": 0.0, "yaw_rate": 0.0}
-    elif system.isotropic and not system.mirrored:
-        given["yaw"] = 0.0
-    return GaitProblem(system, (), given, Symmetry(1, system.mirrored))
-
-
-def problem_for(
-    animal: Animal, slope: float, heading: float | None, family: str, actuation: ArrayLike | None
-) -> GaitProblem:
-    """Return the problem of a gait of one family.
-
-    Raises
-    ------
-    ValueError
-        If there is a heading, or an actuation, where gaits have their own, or no heading where they have none.
-    """
-    if animal.tuned:
-        if heading is None:
-            raise ValueError("heading is missing: must be an angle in rad, within +-pi/2")
-        return tuned(animal, slope, heading, family, actuation)
-    for name, value in (("heading", heading), ("actuation", actuation)):
-        if value is not None:
-            raise ValueError(
-                f"{name} = {shown(value)}: must be left out for {animal.name!r}, whose gaits have their own"
-            )
-    return periodic(animal, slope, family)
+    return problem_for(
+        animal, slope, family, {"heading": checked_angle("heading", heading, math.pi / 2)}, actuation=actuation
+    )

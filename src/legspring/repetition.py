@@ -69,7 +69,7 @@ def departure(system: System, p: Floats, growth: float = 1.0) -> Departure | Non
     """
     allowed = min(CLOSE * max(1.0, growth**STRIDES), FARTHEST) if math.isfinite(growth) else FARTHEST
     first = moment(flow(system, p, steps=0))
-    for step in range(1, STRIDES * system.steps_per_stride + 1):
+    for step in range(system.period, STRIDES * system.steps_per_stride + 1, system.period):
         try:
             now = moment(flow(system, p, steps=step, accuracy=ACCURACY))
         except IntegrationError as error:
@@ -125,7 +125,7 @@ def mirrored(system: System, m: Moment) -> Moment:
 
     From the side, an image would run backwards: there steps have to be alike.
     """
-    legs, side = list(system.animal.partners), 1.0 if system.animal.sagittal else -1.0
+    legs, side = list(system.animal.partners), -1.0 if system.flips else 1.0
     flip = np.array([side, 1.0])
     return m._replace(
         velocity=m.velocity * flip,

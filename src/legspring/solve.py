@@ -13,22 +13,23 @@ nothing else for the thesis's cockroach. That is evidence, and no proof.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from legspring.checks import MOST_STARTS, checked_whole
-from legspring.flow import NO_PUSH, flows
+from legspring.checks import MOST_STARTS, checked_angle, checked_names, checked_whole
+from legspring.flow import NO_PUSH, IntegrationError, flow, flows
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
 from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, TIGHT, slope_for
 from legspring.model import Animal
-from legspring.problem import GaitProblem, problem_for
+from legspring.problem import GaitProblem, checked_targets, problem_for
 from legspring.progress import progress_bar
 
 STARTS = 96
@@ -42,6 +43,9 @@ AT_ONCE = 8
 """Starts between two looks at the effort so far."""
 MOST_EFFORT = 100_000_000
 """Evaluations of the equations of motion after which the search for one family begins from no more starts."""
+MOST_EARLIER = 6
+"""Legs that events put down, beside those that land as a step begins, of which all sets are looked at."""
+MOST_SETTLINGS = 4
 SAME = 1e-5
 """Difference of unknowns below which two solutions are one."""
 
@@ -174,7 +178,7 @@ def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, ba
     room, count = newton.new_workspace(task, walker), len(z)
     whole, real = np.zeros((3, count), np.int64), np.zeros((2, count))
     found = newton.Found(whole[0], real[0], real[1], whole[1], whole[2])
-    scale, steps = system.error_scale(accuracy), problem.symmetry.steps
+    scale, steps = system.error_scale(accuracy), system.period
     newton.find_zeros(walker, task, p, z, steps, scale, goal, MOST_ITERATIONS, room, found)
     steps, evaluations = int(found.steps.sum()), int(found.evaluations.sum())
     return Solutions(problem.wrapped(z), found.endings, found.residuals, found.squares, steps, evaluations)
@@ -187,8 +191,8 @@ def starts_for(problem: GaitProblem, count: int) -> Floats:
     """
     box = problem.box()
     if box is None or not problem.system.event_driven:
-        return np.zeros((0, problem.size)) if box is None else spread(count, *box)
-    points = spread(MOST_TRIED * count, *box)
+        return np.zeros((0, problem.size)) if box is None else problem.evenly(spread(count, *box))
+    points = problem.evenly(spread(MOST_TRIED * count, *box))
     usable = flows(problem.system, problem.points(points), accuracy=ROUGH_ACCURACY).status == OK
     return points[np.argsort(~usable, kind="stable")][:count]
 
@@ -258,6 +262,7 @@ def sort(problem: GaitProblem, zeros: Floats) -> tuple[list[Gait], list[Rejectio
         if is_among(problem, fine, met):
             continue
         met = np.vstack([met, fine])
+        _, solution = settled(problem, solution)
         reason = solution.invalid()
         if reason is None:
             gaits.append(solution)
@@ -286,6 +291,97 @@ def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
 
 
+def contact_sets(animal: Animal) -> list[tuple[str, ...]]:
+    """Return all sets of legs, of those that do not go by the clock, that may be down from before as a step begins.
+
+    Raises
+    ------
+    ValueError
+        If there are too many.
+    """
+    legs = [leg.name for leg in animal.legs if leg.offset > 0.0 and leg.touchdown != "clock"]
+    if len(legs) > MOST_EARLIER:
+        raise ValueError(
+            f"animal = {animal.name!r}: has {len(legs)} legs that events put down, beside those put down as a step "
+            f"begins: must be {MOST_EARLIER} at most for gaits to be looked for; it may be simulated"
+        )
+    return [some for count in range(len(legs) + 1) for some in combinations(legs, count)]
+
+
+def problems_for(
+    animal: Animal,
+    slope: float,
+    family: str,
+    given: Mapping[str, float | str],
+    free: Sequence[str] = (),
+    actuation: ArrayLike | None = None,
+    mirrored: bool | None = None,
+) -> list[GaitProblem]:
+    """Return the problems whose solutions are the gaits of one family: one for each set of contacts.
+
+    Where gaits that are not symmetric are looked for as well, those that are come first.
+    """
+    ways = (True, False) if mirrored is False and animal.mirrored else (mirrored,)
+    return [
+        problem_for(animal, slope, family, given, free, actuation=actuation, mirrored=way, contacts=some)
+        for way in ways
+        for some in contact_sets(animal)
+    ]
+
+
+def settled(problem: GaitProblem, gait: Gait) -> tuple[GaitProblem, Gait]:
+    """Return a solution with the contacts with which it ends, if it is still one with these.
+
+    Which legs that go by the clock are down at a start is first taken from the signs of their forces, which tell
+    nothing of a leg that has lifted off before and would bear again.
+    """
+    system = problem.system
+    for _ in range(MOST_SETTLINGS if system.contacts else 0):
+        try:
+            down = flow(system, gait.point, steps=system.period).contacts().down
+        except IntegrationError:
+            break
+        images = system.animal.partners if system.mirrored else range(len(down))
+        legs = zip(system.animal.legs, images, strict=True)
+        names = tuple(leg.name for leg, image in legs if leg.offset > 0.0 and down[image])
+        if names == system.contacts:
+            break
+        other = replace(problem, system=replace(system, contacts=names))
+        found = gait_near(other, other.z_of(gait))
+        if found is None:
+            break
+        problem, system, gait = other, other.system, replace(found, drift=gait.drift)
+    return problem, gait
+
+
+def same_gait(one: Gait, other: Gait) -> bool:
+    """Whether two gaits, of one family, are one."""
+    system = one.system
+    if abs(one.speed - other.speed) > SAME * system.desired_speed:
+        return False
+    turned = [one.heading - other.heading, one.yaw - other.yaw, *np.subtract(one.phase, other.phase)]
+    if max(abs(math.remainder(angle, 2.0 * math.pi)) for angle in turned) > SAME:
+        return False
+    return abs(one.yaw_rate - other.yaw_rate) * system.step_duration < SAME and math.isclose(
+        one.step_duration, other.step_duration, rel_tol=SAME
+    )
+
+
+def without_doubles(gaits: Sequence[Gait], problems: Sequence[GaitProblem]) -> list[Gait]:
+    """Count gaits once that were found with other contacts, or as symmetric ones as well."""
+    symmetric = [problem for problem in problems if problem.system.mirrored]
+    kept: list[Gait] = []
+    for gait in gaits:
+        if any(same_gait(gait, other) for other in kept):
+            continue
+        for problem in symmetric if not gait.symmetric and gait.animal.mirrored else ():
+            twin = gait_near(problem, problem.z_of(gait)) if problem.system.contacts == gait.contacts else None
+            if twin is not None and same_gait(gait, twin) and twin.invalid() is None:
+                gait = twin
+        kept.append(gait)
+    return kept
+
+
 def search_gaits(
     animal: Animal,
     *,
@@ -294,10 +390,23 @@ def search_gaits(
     slope_deg: float | None = None,
     family: str | None = None,
     actuation: ArrayLike | None = None,
+    speed: float | None = None,
+    mean_speed: float | None = None,
+    energy: float | None = None,
+    apex_height: float | None = None,
+    lateral_drift: float | None = None,
+    free: Sequence[str] = (),
+    mirrored: bool | None = None,
     starts: int = STARTS,
     progress: bool = False,
 ) -> Search:
-    """Search for gaits at one slope and heading, and say what was found on the way.
+    """Search for gaits at one slope, and say what was found on the way.
+
+    Whatever repeats itself is a gait: after a step, mirrored, if legs have mirror images, else after a stride. What is
+    asked for beyond that takes a parameter that is let go. An animal whose legs have phases that are not given has
+    these to let go: with three, it is asked for the heading, for its desired speed and for no lateral drift; with two
+    the drift is left to the gait, with one the heading, too. An animal that keeps its energy has gaits at any, and is asked
+    for its desired speed at the start of a step, unless a target says another thing.
 
     See :ref:`numerics-search`.
 
@@ -306,40 +415,72 @@ def search_gaits(
     animal
         The animal.
     heading
-        rad, within +-pi/2; not to be given for an animal that is not tuned to its desired speed: its gaits have theirs.
+        At the start of a step, rad, within +-pi/2 for an animal that is tuned to its desired speed.
     slope, slope_deg
-        Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only.
+        Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only, nor from the
+        side, where the ground is level without.
     family
         Only gaits of this family are returned; branches are numbered over all.
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
+    speed, mean_speed, lateral_drift
+        At the start of a step, of a stride, and sideways, m/s.
+    energy
+        Kinetic, of the springs, and m g times the height above the ground, at the start of a step, J.
+    apex_height
+        Largest height above the ground in flight, m, of an animal that is seen from the side.
+    free
+        Names of parameters that are let go, as in ``("F.phase", "step_duration")`` (see `legspring.parameters`): one
+        for each target too many. A gait's animal has the values found.
+    mirrored
+        False: look for gaits, too, whose steps do not mirror one another though the animal could.
     starts
-        Starting points for each family. No more are used once the equations of motion were evaluated 1e8 times, which
-        takes about half a minute; how many were not is said among the endings.
+        Starting points for each family (and set of legs that are down as a step begins). No more are used once the
+        equations of motion were evaluated 1e8 times, which takes about half a minute; how many were not is said among
+        the endings.
     progress
         Whether to show a progress bar.
 
     Raises
     ------
     ValueError
-        For an angle out of range, an unknown family, or an animal whose gaits have other unknowns.
+        For an angle out of range, an unknown family or parameter, or targets that do not fit what is free.
     """
     angle, starts = slope_for(animal, slope, slope_deg), checked_whole("starts", starts, 1, MOST_STARTS)
     if family is not None:
         animal.functions(family)
+    if heading is not None and animal.tuned:
+        checked_angle("heading", heading, math.pi / 2)
+    given = checked_targets(
+        {
+            "heading": heading,
+            "speed": speed,
+            "mean_speed": mean_speed,
+            "energy": energy,
+            "apex_height": apex_height,
+            "lateral_drift": lateral_drift,
+        }
+    )
     gaits: list[Gait] = []
     rejections: list[Rejection] = []
     steps, endings = 0, Counter[Ending]()
-    problems = [problem_for(animal, angle, heading, label, actuation) for label in animal.families]
-    points = [starts_for(problem, starts) for problem in problems]
-    with progress_bar("searching for gaits", sum(map(len, points)), show=progress) as tick:
-        for problem, some in zip(problems, points, strict=True):
-            solutions, ends, taken = zeros(problem, some, tick=tick)
-            valid, invalid = sort(problem, solutions)
-            gaits += valid
-            rejections += invalid
-            endings += ends
-            steps += taken
+    problems = {
+        label: problems_for(animal, angle, label, given, checked_names("free", free), actuation, mirrored)
+        for label in animal.families
+    }
+    points = {label: [starts_for(problem, starts) for problem in some] for label, some in problems.items()}
+    total = sum(len(some) for several in points.values() for some in several)
+    with progress_bar("searching for gaits", total, show=progress) as tick:
+        for label, some in problems.items():
+            of_family: list[Gait] = []
+            for problem, begin in zip(some, points[label], strict=True):
+                solutions, ends, taken = zeros(problem, begin, tick=tick)
+                valid, invalid = sort(problem, solutions)
+                of_family += valid
+                rejections += invalid
+                endings += ends
+                steps += taken
+            gaits += without_doubles(of_family, some) if len(some) > 1 or some[0].system.contacts else of_family
     numbered = number_branches(gaits)
     if family is not None:
         numbered = tuple(gait for gait in numbered if gait.family == family)
@@ -355,9 +496,16 @@ def find_gaits(
     slope_deg: float | None = None,
     family: str | None = None,
     actuation: ArrayLike | None = None,
+    speed: float | None = None,
+    mean_speed: float | None = None,
+    energy: float | None = None,
+    apex_height: float | None = None,
+    lateral_drift: float | None = None,
+    free: Sequence[str] = (),
+    mirrored: bool | None = None,
     starts: int = STARTS,
 ) -> list[Gait]:
-    """Find the gaits at one slope and heading, by branch; the list is empty where the search finds none.
+    """Find the gaits at one slope, by branch; the list is empty where the search finds none.
 
     Parameters and errors are those of `search_gaits`, which also says what was rejected and why.
 
@@ -375,6 +523,13 @@ def find_gaits(
         slope_deg=slope_deg,
         family=family,
         actuation=actuation,
+        speed=speed,
+        mean_speed=mean_speed,
+        energy=energy,
+        apex_height=apex_height,
+        lateral_drift=lateral_drift,
+        free=free,
+        mirrored=mirrored,
         starts=starts,
     )
     return list(search.gaits)

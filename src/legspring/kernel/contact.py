@@ -24,6 +24,7 @@ from legspring.kernel.walker import (
     FOOT_X,
     FOOT_Y,
     FORCE,
+    GRAVITY,
     GRIP_X,
     GRIP_Y,
     GROUND,
@@ -36,6 +37,7 @@ from legspring.kernel.walker import (
     NEXT_STEP,
     NOTHING,
     OFFSET,
+    SIDE_VIEW,
     SIGN,
     SINCE,
     SPRING,
@@ -43,6 +45,7 @@ from legspring.kernel.walker import (
     STIFFNESS,
     TOUCHDOWN,
     TRIGGER,
+    VY,
     WATCHED,
     YAW,
     Floats,
@@ -79,10 +82,13 @@ def clear(a: Floats) -> None:
 
 
 @jit
-def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts: Floats) -> None:
-    """Put leg i down at time s under a body in state y, such that its force is zero."""
+def put_down(s: float, y: Floats, legs: Floats, i: int, stance: Floats, contacts: Floats, place: Floats) -> None:
+    """Put leg i down at time s under a body in state y, such that its force is zero; note the body's place."""
     yaws = y.shape[0] == 6
     for d in range(legs.shape[2]):
+        place[0, d], place[1, d] = y[X, d], y[Y, d]
+        if yaws:
+            place[2, d] = y[YAW, d]
         stance[i, GRIP_X, d] = legs[i, HIP_X, d]
         stance[i, GRIP_Y, d] = legs[i, HIP_Y, d]
         stance[i, SPRING, d] = legs[i, STIFFNESS, d]
@@ -157,7 +163,7 @@ def set_delay(s: float, i: int, w: Walker) -> None:
     """Write the derivatives of the time s of leg i's event into ``delay``: those of its gap by the gap's rate."""
     if w.contacts[i, DOWN] == 0.0:
         # Where the foot would be: the leg is about to be put down anyway.
-        put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+        put_down(s, w.y, w.legs, i, w.stance, w.contacts, w.places[i])
         for d in range(1, w.delay.size):
             w.delay[d] = (w.ground[d] - w.stance[i, FOOT_Y, d]) / w.gaps[0, i, 1]
         w.contacts[i, DOWN] = 0.0
@@ -173,11 +179,28 @@ def set_delay(s: float, i: int, w: Walker) -> None:
 @jit
 def land(s: float, i: int, w: Walker, tape: Tape) -> bool:
     """Put leg i down at an event at time s; return whether a step ends with that."""
-    put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+    put_down(s, w.y, w.legs, i, w.stance, w.contacts, w.places[i])
     delay_law(w.stance, i, w.delay)
     record_event(tape, s, i, TOUCHDOWN, 0.0)
     w.clock[NEXT_STEP] = min(w.clock[NEXT_STEP], FIRST_STEP * w.clock[FASTEST])
     return w.clock[EVENT_DRIVEN] != 0.0 and w.legs[i, OFFSET, 0] in (0.0, 1.0)
+
+
+@formula
+def note_apex(w: Walker) -> None:
+    """From the side: note the height to which a body that has just left the ground will rise, if it is the largest."""
+    if w.clock[SIDE_VIEW] == 0.0 or w.body[GRAVITY, 0] <= 0.0 or w.y[VY, 0] <= 0.0:
+        return
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, DOWN] != 0.0:
+            return
+    climb = w.y[VY, 0] / w.body[GRAVITY, 0]
+    height = w.y[Y, 0] - w.ground[0] + 0.5 * climb * w.y[VY, 0]
+    if w.apex[0] >= height:
+        return
+    w.apex[0] = height
+    for d in range(1, w.apex.size):
+        w.apex[d] = w.y[Y, d] - w.ground[d] + climb * (w.y[VY, d] - 0.5 * climb * w.body[GRAVITY, d])
 
 
 @jit
@@ -197,6 +220,7 @@ def happen(s: float, i: int, w: Walker, tape: Tape) -> bool:
     refresh(s, w)
     slide_derivatives(w.delay, -1.0, w)
     refresh(s, w)
+    note_apex(w)
     for j in range(w.contacts.shape[0]):
         if w.contacts[j, WATCHED] != NOTHING and w.contacts[j, SIGN] == 0.0 and w.legs[j, TRIGGER, 0] != CLOCK:
             aim(j, w)
@@ -228,7 +252,7 @@ def put_down_late(s: float, i: int, w: Walker) -> None:
     refresh(s, w)
     add_to_late(-1.0, w)
     slide_derivatives(w.legs[i, OFFSET], 1.0, w)
-    put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+    put_down(s, w.y, w.legs, i, w.stance, w.contacts, w.places[i])
     delay_law(w.stance, i, w.legs[i, OFFSET])
     refresh(s, w)
     slide_derivatives(w.legs[i, OFFSET], -1.0, w)
@@ -251,7 +275,7 @@ def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
             if moves(i, w):
                 put_down_late(s, i, w)
             else:
-                put_down(s, w.y, w.legs, i, w.stance, w.contacts)
+                put_down(s, w.y, w.legs, i, w.stance, w.contacts, w.places[i])
             if s > 0.0:
                 record_event(tape, s, i, TOUCHDOWN, 0.0)
     return ends
@@ -260,7 +284,7 @@ def go_by_clock(s: float, w: Walker, tape: Tape) -> bool:
 @formula
 def is_quiet(i: int, w: Walker) -> bool:
     """Whether nothing but the derivatives' rates changes when leg i lifts off by zero force."""
-    quiet = w.contacts[i, DOWN] != 0.0 and w.legs[i, TRIGGER, 0] != GROUND
+    quiet = w.contacts[i, DOWN] != 0.0 and w.clock[SIDE_VIEW] == 0.0
     for j in range(w.contacts.shape[0]):
         quiet &= w.legs[j, TRIGGER, 0] != i + 1
     return quiet

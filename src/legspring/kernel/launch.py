@@ -11,6 +11,7 @@ from legspring.kernel.motion import measure_gaps
 from legspring.kernel.pack import pack
 from legspring.kernel.walker import (
     ACTUATION,
+    AGE,
     ALL_PLAIN,
     ANGLE,
     ARM_X,
@@ -19,24 +20,34 @@ from legspring.kernel.walker import (
     CLOCK,
     DX,
     DY,
+    EVEN,
     EVENT_DRIVEN,
     FASTEST,
+    FOOT_X,
     FOOT_Y,
     FORCE,
     FORMULA,
     GRAVITY,
+    GRAVITY_X,
     GROUND,
     HEADING,
     HIP_X,
     HIP_Y,
     JET,
+    LEG_DX,
+    LEG_DY,
+    LEG_TURN,
     LENGTH,
     LEVEL,
     LEVER,
     MANNER,
+    MEMORY,
     NEXT_STEP,
     NOTHING,
     OFFSET,
+    OWN,
+    PLACE_X,
+    PLACE_Y,
     PLAIN,
     ROW,
     SIDE,
@@ -52,6 +63,7 @@ from legspring.kernel.walker import (
     TIME,
     TRIGGER,
     TURN,
+    UP,
     VX,
     VY,
     WALKER,
@@ -89,31 +101,47 @@ def set_motion(w: Walker) -> None:
 
 @formula
 def place(i: int, w: Walker) -> None:
-    """Put leg i down, now or at its time in the last step, in which the body moved evenly, if it may still be down."""
-    start, offset = w.start, w.legs[i, OFFSET]
+    """Put leg i down, now or at its time before the start, if it may still be down."""
+    offset, known = w.legs[i, OFFSET], w.legs[i, MEMORY, 0]
     if offset[0] == 0.0:
-        put_down(0.0, w.y, w.legs, i, w.stance, w.contacts)
+        put_down(0.0, w.y, w.legs, i, w.stance, w.contacts, w.places[i])
         if w.legs[i, TRIGGER, 0] == CLOCK and moves(i, w):
             # Its touch-down is still to come, at a time that moves.
             raise_leg(w.legs, i, w.contacts)
             w.contacts[i, SINCE] = -2.0
         return
-    ago, old = 2.0 - offset[0], w.ahead
-    clear(old)
-    for d in range(old.shape[1]):
-        # A later touch-down is one further on.
-        later = offset[d] if d > 0 else 0.0
-        old[X, d] = -ago * start[DX, d] + later * start[DX, 0]
-        old[Y, d] = -ago * start[DY, d] + later * start[DY, 0]
-        if old.shape[0] == 6:
-            old[YAW, d] = start[START_YAW, d] - ago * start[TURN, d] + later * start[TURN, 0]
-    put_down(-ago, old, w.legs, i, w.stance, w.contacts)
-    delay_law(w.stance, i, offset)
+    ago = 2.0 - offset[0]
+    if w.legs[i, TRIGGER, 0] != CLOCK and known == OWN:
+        ago = w.legs[i, AGE, 0]
+    recall(i, ago, w)
+    put_down(-ago, w.ahead, w.legs, i, w.stance, w.contacts, w.places[i])
+    delay_law(w.stance, i, w.delay)
     w.contacts[i, SIGN] = w.contacts[i, SIDE]
     stay = w.legs[i, STAY, 0]
-    rested = w.legs[i, TRIGGER, 0] != CLOCK and start[DX, 0] == 0.0 and start[DY, 0] == 0.0
-    if rested or (stay != 0.0 and stay <= ago):
+    rested = w.legs[i, TRIGGER, 0] != CLOCK and known == EVEN and w.start[DX, 0] == 0.0 and w.start[DY, 0] == 0.0
+    if rested or known == UP or (stay != 0.0 and stay <= ago):
         raise_leg(w.legs, i, w.contacts)
+    elif w.legs[i, TRIGGER, 0] != CLOCK and known == OWN:
+        for d in range(w.ground.size):
+            w.stance[i, FOOT_X, d] = w.legs[i, PLACE_X, d]
+            w.stance[i, FOOT_Y, d] = w.ground[d] if w.clock[SIDE_VIEW] != 0.0 else w.legs[i, PLACE_Y, d]
+
+
+@formula
+def recall(i: int, ago: float, w: Walker) -> None:
+    """Write the state of the body when leg i was put down into ``ahead``; derivatives of that time into ``delay``."""
+    start, leg, old, own = w.start, w.legs[i], w.ahead, w.legs[i, MEMORY, 0] == OWN
+    clear(old)
+    by_clock = leg[TRIGGER, 0] == CLOCK
+    for d in range(old.shape[1]):
+        w.delay[d] = leg[OFFSET, d] if by_clock or not own else -leg[AGE, d]
+        # A later touch-down is one further on, where the body has moved evenly.
+        later = leg[OFFSET, d] if d > 0 else 0.0
+        old[X, d] = -leg[LEG_DX, d] if own else later * start[DX, 0] - ago * start[DX, d]
+        old[Y, d] = -leg[LEG_DY, d] if own else later * start[DY, 0] - ago * start[DY, d]
+        if old.shape[0] == 6:
+            turned = leg[LEG_TURN, d] if own and by_clock else ago * start[TURN, d] - later * start[TURN, 0]
+            old[YAW, d] = start[START_YAW, d] - turned
 
 
 @formula
@@ -126,13 +154,23 @@ def hold_ready(i: int, w: Walker) -> None:
 
 
 @jit
-def prepare_events(w: Walker) -> None:
-    """Lay the ground under the first leg that is put down now, and hold ready the feet that wait for it."""
-    clear(w.delay)
-    clear(w.lag)
+def place_legs(w: Walker) -> None:
+    """Put the legs down that are so at the start: first those that land now, under the first of which is the ground."""
+    clear(w.ground)
     for i in range(w.contacts.shape[0] - 1, -1, -1):
         if w.legs[i, OFFSET, 0] == 0.0:
+            place(i, w)
             copy(w.stance[i, FOOT_Y], w.ground)
+    for i in range(w.contacts.shape[0]):
+        if w.legs[i, OFFSET, 0] != 0.0:
+            place(i, w)
+    clear(w.delay)
+    clear(w.lag)
+
+
+@jit
+def prepare_events(w: Walker) -> None:
+    """Hold ready the feet that wait for the ground."""
     for i in range(w.contacts.shape[0]):
         w.contacts[i, LEVEL] = w.ground[0]
         if w.legs[i, TRIGGER, 0] == GROUND:
@@ -163,7 +201,8 @@ def set_natural_times(w: Walker, speed: float) -> None:
     """
     shortest, longest = math.inf, 0.0
     for i in range(w.legs.shape[0]):
-        length, stiffness, fall = w.legs[i, LENGTH, 0], w.legs[i, STIFFNESS, 0], abs(w.body[GRAVITY, 0])
+        length, stiffness = w.legs[i, LENGTH, 0], w.legs[i, STIFFNESS, 0]
+        fall = math.hypot(w.body[GRAVITY, 0], w.body[GRAVITY_X, 0])
         if speed > 0.0:
             shortest, longest = min(shortest, length / speed), max(longest, length / speed)
         if fall > 0.0:
@@ -195,16 +234,14 @@ def launch(p: Floats, along: Floats, w: Walker) -> None:
     for i in range(w.legs.shape[0]):
         w.clock[LEVER] = max(w.clock[LEVER], 3.0 * w.legs[i, LENGTH, 0])
     w.clock[EVENT_DRIVEN] = w.clock[ALL_PLAIN] = 1.0
-    w.clock[SIDE_VIEW] = 0.0
+    w.apex[0] = math.nan
     set_natural_times(w, w.start[SPEED, 0])
     w.clock[NEXT_STEP] = FIRST_STEP * w.clock[FASTEST]
     events = False
+    place_legs(w)
     for i in range(w.contacts.shape[0]):
-        place(i, w)
         if w.stance[i, MANNER, 0] != PLAIN:
             w.clock[ALL_PLAIN] = 0.0
-        if w.legs[i, TRIGGER, 0] == GROUND:
-            w.clock[SIDE_VIEW] = 1.0
         if w.legs[i, TRIGGER, 0] == CLOCK:
             w.clock[EVENT_DRIVEN] = 0.0
         else:

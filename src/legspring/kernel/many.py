@@ -7,27 +7,39 @@ import numba
 import numpy as np
 
 from legspring.kernel.contact import copy, fill
-from legspring.kernel.jit import driver, formula, shared
+from legspring.kernel.jit import driver, formula, jit, shared
 from legspring.kernel.launch import launch
+from legspring.kernel.length import law, phase_at
 from legspring.kernel.measure import write_work
+from legspring.kernel.motion import change, strut, turn
 from legspring.kernel.pack import MASS, STEP_DURATION, pack_directions
 from legspring.kernel.stride import LONGEST_STEP, advance
 from legspring.kernel.walker import (
+    BEGUN,
+    CLOCK,
     DOWN,
     DX,
     DY,
     EVALUATIONS,
     EVENT_DRIVEN,
+    FOOT_X,
+    FOOT_Y,
+    GRAVITY,
+    GYRATION,
     HEADING,
     JET,
+    LAW,
     LIFTOFF,
     OK,
     ROW,
+    SIDE_VIEW,
     SLOWEST,
     SPEED,
+    SPRING,
     START_YAW,
     START_YAW_RATE,
     TIME,
+    TRIGGER,
     TURN,
     VX,
     VY,
@@ -42,9 +54,10 @@ from legspring.kernel.walker import (
     Y,
 )
 
-DURATION = 7
-N_SEEN = 8
-"""Observables: what a start is made of, and the time since the start."""
+DURATION, WAY_X, WAY_Y, WAY, ENERGY, APEX = 7, 8, 9, 10, 11, 12
+N_FEW, N_SEEN = 8, 13
+"""Observables: what a start is made of, and the time since the start; if more are asked for, place (x, y) and distance
+from the start, energy and apex height, and then three of each leg, as in its parameters from LEG_DX on."""
 
 
 class Ends(NamedTuple):
@@ -56,7 +69,9 @@ class Ends(NamedTuple):
         ``(N,)``: how it went; evaluations of the equations of motion.
     seen
         ``(N, 8, 1 + D)``: speed, heading relative to the body, displacement over the last step (x, y), yaw, yaw rate,
-        change of yaw over the last step, and time, at the end of the step that is watched; SI units.
+        change of yaw over the last step, and time, at the end of the step that is watched; or ``(N, 13 + 3 L, 1 + D)``:
+        then place (x, y), distance from the start, energy, apex height (nan where there is no flight), and the memory
+        of each leg; SI units, times since touch-downs in step durations.
     times, states
         ``(N, S + 1)``, ``(N, S + 1, n)``: of each start of a step, and the end; SI units. Nan where it did not get
         that far.
@@ -79,13 +94,13 @@ class Ends(NamedTuple):
     work: Floats
 
 
-def new_ends(count: int, steps: int, directions: int, w: Walker, work: bool = False) -> Ends:
+def new_ends(count: int, steps: int, directions: int, w: Walker, work: bool = False, everything: bool = False) -> Ends:
     """Return room for what becomes of so many simulations; `many` says what is unknown."""
     n_legs, rows = w.legs.shape[0], w.y.shape[0]
     return Ends(
         np.empty(count, np.int64),
         np.empty(count, np.int64),
-        np.empty((count, N_SEEN, 1 + directions)),
+        np.empty((count, N_SEEN + 3 * n_legs if everything else N_FEW, 1 + directions)),
         np.empty((count, steps + 1)),
         np.empty((count, steps + 1, rows)),
         np.empty((count, n_legs)),
@@ -118,6 +133,68 @@ def observe(w: Walker, p: Floats, along: Floats, out: Floats) -> None:
     if yaws:
         for d in range(out.shape[1]):
             out[HEADING, d] -= y[YAW, d]
+    if out.shape[0] > N_FEW:
+        observe_more(w, p, along, out)
+
+
+@jit
+def observe_more(w: Walker, p: Floats, along: Floats, out: Floats) -> None:
+    """Write the observables after those of the start, and their derivatives."""
+    y, place, stance = w.y, w.places, w.stance
+    distance = math.hypot(y[X, 0], y[Y, 0])
+    share = 1.0 / distance if distance > 0.0 else 0.0
+    for d in range(out.shape[1]):
+        out[WAY_X, d], out[WAY_Y, d] = y[X, d], y[Y, d]
+        out[WAY, d] = share * (y[X, 0] * y[X, d] + y[Y, 0] * y[Y, d])
+        out[APEX, d] = w.apex[d] if w.apex[0] == w.apex[0] else math.nan
+        for i in range(w.legs.shape[0]):
+            row = N_SEEN + 3 * i
+            if w.legs[i, TRIGGER, 0] == CLOCK:
+                out[row, d], out[row + 1, d] = y[X, d] - place[i, 0, d], y[Y, d] - place[i, 1, d]
+                out[row + 2, d] = y[YAW, d] - place[i, 2, d] if y.shape[0] == 6 else 0.0
+            else:
+                out[row, d], out[row + 1, d] = stance[i, FOOT_X, d] - y[X, d], stance[i, FOOT_Y, d] - y[Y, d]
+                now = w.clock[TIME] if d == 0 else w.lag[d]
+                out[row + 2, d] = now - stance[i, BEGUN, d]
+    measure_energy(w, out[ENERGY])
+    unit, energy = p[MASS] / p[STEP_DURATION] ** 2, out[ENERGY, 0]
+    for d in range(1, out.shape[1]):
+        growth = along[d - 1, MASS] / p[MASS] - 2.0 * along[d - 1, STEP_DURATION] / p[STEP_DURATION]
+        out[ENERGY, d] += energy * growth
+    for d in range(out.shape[1]):
+        out[ENERGY, d] *= unit
+
+
+@jit
+def measure_energy(w: Walker, out: Floats) -> None:
+    """Write the energy by the mass, in the kernel's units: of motion, of height (from the side) and of the springs."""
+    y, s, yaws = w.y, w.clock[TIME], w.y.shape[0] == 6
+    lean, phase, mobility = turn(y), phase_at(s), w.body[GYRATION, 0]
+    for d in range(out.size):
+        half = 0.5 if d == 0 else 1.0
+        out[d] = half * (y[VX, 0] * y[VX, d] + y[VY, 0] * y[VY, d])
+        if yaws:
+            out[d] += half * y[YAW_RATE, 0] * y[YAW_RATE, d] / mobility
+            if d > 0:
+                out[d] -= 0.5 * (y[YAW_RATE, 0] / mobility) ** 2 * w.body[GYRATION, d]
+        if w.clock[SIDE_VIEW] != 0.0:
+            out[d] += w.body[GRAVITY, 0] * (y[Y, d] - w.ground[d])
+            if d > 0:
+                out[d] += w.body[GRAVITY, d] * (y[Y, 0] - w.ground[0])
+    for i in range(w.contacts.shape[0]):
+        if w.contacts[i, DOWN] == 0.0:
+            continue
+        numbers = law(s, w.stance, i, phase)
+        leg = strut(y, w.stance, i, lean, numbers[0])
+        tension = w.stance[i, SPRING, 0] * leg.gap
+        out[0] += 0.5 * tension * leg.gap
+        for d in range(1, out.size):
+            rx, ry, _, _, _ = change(y, w.stance, i, d, lean, leg, numbers)
+            # The state is that at a time which may move, and the law with it.
+            gap = (leg.rx * rx + leg.ry * ry) / leg.r - numbers[1] * w.lag[d]
+            for n in range(4):
+                gap -= numbers[3 + n] * w.stance[i, LAW + n, d]
+            out[d] += tension * gap + 0.5 * leg.gap**2 * w.stance[i, SPRING, d]
 
 
 @formula

@@ -17,6 +17,7 @@ from legspring.kernel.walker import (
     FOOT_Y,
     FORCE,
     GRAVITY,
+    GRAVITY_X,
     GRIP_X,
     GRIP_Y,
     GYRATION,
@@ -74,7 +75,7 @@ def rates(
     ``phase`` is that of the time; what `tangent_rates` needs of the legs goes into ``struts``.
     """
     lean = turn(y)
-    ax = clock[PUSH_X] + clock[PUSH_X + 1] * s
+    ax = clock[PUSH_X] + clock[PUSH_X + 1] * s - body[GRAVITY_X, 0]
     ay = clock[PUSH_Y] + clock[PUSH_Y + 1] * s - body[GRAVITY, 0]
     moment = 0.0
     if clock[ALL_PLAIN] != 0.0:
@@ -198,7 +199,7 @@ def tangent_rates(
                     moment += stance[i, SPRING, 0] * leg[4] * (leg[2] * leg[1] - leg[3] * leg[0])
     else:
         for d in range(1, width):
-            out[VX, d], out[VY, d] = 0.0, -body[GRAVITY, d]
+            out[VX, d], out[VY, d] = -body[GRAVITY_X, d], -body[GRAVITY, d]
             if rows == 6:
                 out[YAW_RATE, d] = 0.0
         moment = add_any_tangents(s, y, stance, contacts, out, lean, phase)
@@ -266,8 +267,9 @@ def four_tangents(
     yaws: bool,
 ) -> None:
     """Do that for four directions, from d on."""
-    ax = am = bx = bm = cx = cm = dx = dm = 0.0
-    g = body[GRAVITY]
+    am = bm = cm = dm = 0.0
+    g, f = body[GRAVITY], body[GRAVITY_X]
+    ax, bx, cx, dx = -f[d], -f[d + ONE], -f[d + TWO], -f[d + THREE]
     ay, by, cy, dy = -g[d], -g[d + ONE], -g[d + TWO], -g[d + THREE]
     for i in range(contacts.shape[0]):
         if contacts[i, DOWN] != 0.0:

@@ -13,9 +13,9 @@ import numpy as np
 from legspring.kernel.contact import copy
 from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
-from legspring.kernel.many import N_SEEN, observe, take_step
+from legspring.kernel.many import observe, take_step
 from legspring.kernel.pack import pack_directions
-from legspring.kernel.walker import EVALUATIONS, N_START, OK, Floats, Ints, Tape, Walker, new_tape
+from legspring.kernel.walker import EVALUATIONS, OK, Floats, Ints, Tape, Walker, new_tape
 
 CONVERGED, STALLED, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4
 """Endings of a search."""
@@ -40,7 +40,9 @@ class Task(NamedTuple):
     low, high
         ``(n,)``: range that the unknowns are not to leave.
     at_end, at_start, given
-        ``(m, 8)``, ``(m, 7)``, ``(m,)``: what must be zero is ``at_end @ seen + at_start @ p[:7] - given``.
+        ``(m, n_seen)``, ``(m, P)``, ``(m,)``: what must be zero is ``at_end @ seen + at_start @ p - given``.
+    rows, columns
+        What is used of ``seen`` and of ``p``.
     turns
         ``(m,)``: what a condition may differ by and be the same (a whole turn of an angle), or 0.
     stops
@@ -52,6 +54,8 @@ class Task(NamedTuple):
     high: Floats
     at_end: Floats
     at_start: Floats
+    rows: Ints
+    columns: Ints
     given: Floats
     turns: Floats
     stops: bool
@@ -85,7 +89,7 @@ class Found(NamedTuple):
 def new_workspace(task: Task, w: Walker) -> Workspace:
     """Return room to search in."""
     (n, parameters), m = task.along.shape, len(task.given)
-    seen = np.zeros((N_SEEN, 1 + n))
+    seen = np.zeros((task.at_end.shape[1], 1 + n))
     return Workspace(
         new_tape(0, 0, w),
         np.zeros(parameters),
@@ -188,17 +192,17 @@ def write_conditions(task: Task, seen: Floats, p: Floats, residual: Floats, jaco
     """Write what is left of the conditions, and their derivatives by the unknowns."""
     for c in range(residual.size):
         residual[c] = -task.given[c]
-        for j in range(N_START):
+        for j in task.columns:
             residual[c] += task.at_start[c, j] * p[j]
-        for row in range(seen.shape[0]):
+        for row in task.rows:
             residual[c] += task.at_end[c, row] * seen[row, 0]
         if task.turns[c] > 0.0:
             residual[c] -= task.turns[c] * round(residual[c] / task.turns[c])
         for d in range(jacobian.shape[1]):
             jacobian[c, d] = 0.0
-            for j in range(N_START):
+            for j in task.columns:
                 jacobian[c, d] += task.at_start[c, j] * task.along[d, j]
-            for row in range(seen.shape[0]):
+            for row in task.rows:
                 jacobian[c, d] += task.at_end[c, row] * seen[row, 1 + d]
 
 

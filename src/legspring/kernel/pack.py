@@ -1,8 +1,8 @@
 """From a vector of parameters, in SI units, to the numbers that the kernel works on, with exact derivatives.
 
-Everything that can vary stands in the vector p: the start of a step, then the body and its surroundings, then ten
-numbers of each leg. Directions are vectors in that space. What the kernel works on are products of powers of these,
-written here once, with their derivatives beside them.
+Everything that can vary stands in the vector p: the start of a step, then the body and its surroundings, then
+thirteen numbers of each leg. Directions are vectors in that space. What the kernel works on are products of powers of
+these, written here once, with their derivatives beside them.
 """
 
 import math
@@ -12,9 +12,11 @@ from legspring.kernel.walker import (
     ACTUATION,
     DAMPING,
     GRAVITY,
+    GRAVITY_X,
     GYRATION,
     N_VARIED,
     SIDE,
+    SIDE_VIEW,
     SPEED,
     START_YAW_RATE,
     STIFFNESS,
@@ -25,7 +27,7 @@ from legspring.kernel.walker import (
 # Places in p after the start's seven: the body and its surroundings.
 SLOPE, GRAVITATION, MASS, INERTIA, DESIRED_SPEED, STEP_DURATION = range(7, 13)
 FIRST_LEG = 13
-"""Place of the first leg's ten numbers, in the order of the rows of the walker's legs."""
+"""Place of the first leg's numbers, in the order of the rows of the walker's legs."""
 
 
 @formula
@@ -66,17 +68,29 @@ def pack_start(p: Floats, along: Floats, w: Walker) -> None:
 
 @formula
 def pack_body(p: Floats, along: Floats, w: Walker) -> None:
-    """Write gravity along the plane, g sin(slope) t^2, and m / I."""
-    g, time, sine, cosine = p[GRAVITATION], p[STEP_DURATION], math.sin(p[SLOPE]), math.cos(p[SLOPE])
-    yaws = w.y.shape[0] == 6
-    w.body[GRAVITY, 0] = g * sine * time**2
+    """Write gravity along the axes and m / I; from above -y is downhill, from the side it is into the ground."""
+    yaws, sine, cosine = w.y.shape[0] == 6, math.sin(p[SLOPE]), math.cos(p[SLOPE])
+    if w.clock[SIDE_VIEW] != 0.0:
+        weigh(w.body[GRAVITY], cosine, -sine, p, along)
+        weigh(w.body[GRAVITY_X], sine, cosine, p, along)
+    else:
+        weigh(w.body[GRAVITY], sine, cosine, p, along)
     w.body[GYRATION, 0] = p[MASS] / p[INERTIA] if yaws else 0.0
     for d in range(along.shape[0]):
         change = along[d]
-        pull = change[GRAVITATION] * sine + g * cosine * change[SLOPE]
-        w.body[GRAVITY, 1 + d] = pull * time**2 + 2.0 * g * sine * time * change[STEP_DURATION]
         by_mass = change[MASS] - w.body[GYRATION, 0] * change[INERTIA]
         w.body[GYRATION, 1 + d] = by_mass / p[INERTIA] if yaws else 0.0
+
+
+@formula
+def weigh(jet: Floats, part: float, rate: float, p: Floats, along: Floats) -> None:
+    """Write the part of gravity along an axis, g part t^2; the part grows with the slope at the rate."""
+    g, time = p[GRAVITATION], p[STEP_DURATION]
+    jet[0] = g * part * time**2
+    for d in range(along.shape[0]):
+        change = along[d]
+        pull = change[GRAVITATION] * part + g * rate * change[SLOPE]
+        jet[1 + d] = pull * time**2 + 2.0 * g * part * time * change[STEP_DURATION]
 
 
 @formula

@@ -20,14 +20,20 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 # Rows of a body jet.
-GRAVITY, GYRATION = 0, 1
-N_BODY = 2
+GRAVITY, GYRATION, GRAVITY_X = 0, 1, 2
+N_BODY = 3
 # Rows of a start jet.
 SPEED, HEADING, DX, DY, START_YAW, START_YAW_RATE, TURN = range(7)
 N_START = 7
-# Rows of a leg's parameters; the last two have no derivatives.
-HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE, DAMPING, STAY, OFFSET, TRIGGER, FORMULA = range(12)
-N_VARIED, N_LEG = 10, 12
+# Rows of a leg's parameters; the last three have no derivatives.
+HIP_X, HIP_Y, STIFFNESS, LENGTH, ACTUATION, PHASE, ANGLE, DAMPING, STAY, OFFSET = range(10)
+LEG_DX, LEG_DY, LEG_TURN, TRIGGER, FORMULA, MEMORY = range(10, 16)
+N_VARIED, N_LEG = 13, 16
+# The same rows, of a leg that does not go by the clock.
+PLACE_X, PLACE_Y, AGE = LEG_DX, LEG_DY, LEG_TURN
+# What is known of a leg that was put down before the start: that the body has moved evenly since, as the start says;
+# that of its own; or that it is up.
+EVEN, OWN, UP = 0.0, 1.0, -1.0
 # What makes a leg touch down; from 1 on: the lift-off of the leg with this number, counted from 1.
 CLOCK, GROUND = 0, -1
 # Rows of a state; a body whose yaw is held has the first four only.
@@ -61,12 +67,16 @@ class Walker(NamedTuple):
     Attributes
     ----------
     body
-        ``(2, C)``: gravity along the plane, ``g sin(slope) t_des^2``, and ``m / I`` (0 where the yaw is held).
+        ``(3, C)``: gravity along -y, ``g sin(slope) t_des^2`` as seen from above and ``g cos(slope) t_des^2`` from the
+        side; ``m / I`` (0 where the yaw is held); and gravity along -x, ``g sin(slope) t_des^2`` from the side, else 0.
     legs
-        ``(L, 12, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle, damping
+        ``(L, 16, C)``: hip x and y, stiffness, nominal length, actuation (signed), phase, placement angle, damping
         (``c t_des / m``); step durations from touch-down to lift-off, or 0: until its force is zero; offset (time of
-        the first touch-down, from 0 to below 2; then every 2); what makes it touch down (see `CLOCK`); address of a
-        length law's formula (see `legspring.kernel.written`), or 0.
+        the first touch-down, from 0 to below 2; then every 2); of a leg that was put down before the start and has a
+        memory of its own, displacement of the centre of mass (x, y) and change of yaw since then or, if it does not go
+        by the clock, place of the foot seen from the centre of mass (x, y) and time since then; what makes it touch
+        down (see `CLOCK`); address of a length law's formula (see `legspring.kernel.written`), or 0; what is known of
+        the time before the start (see `EVEN`).
     start
         ``(7, C)``: speed, heading relative to the body, displacement of the centre of mass over the last step (x, y),
         yaw, yaw rate, and change of yaw over the last step. Of the legs that do not go by the clock none was down
@@ -102,6 +112,10 @@ class Walker(NamedTuple):
     section, late
         ``(n, C)``: state at the start of the last step; what the touch-downs at its end, if their times move, do to the
         derivatives.
+    places
+        ``(L, 3, C)``: x, y and yaw of the body at the last touch-down of each leg.
+    apex
+        ``(C,)``: from the side, the largest height above the ground in flight; nan where there is none.
     flat_y, flat_k, flat_ahead
         The same memory as ``y``, ``k`` and ``ahead``, with the last two axes made one.
     """
@@ -125,6 +139,8 @@ class Walker(NamedTuple):
     lag: Floats
     section: Floats
     late: Floats
+    places: Floats
+    apex: Floats
     flat_y: Floats
     flat_k: Floats
     flat_ahead: Floats
@@ -164,11 +180,15 @@ FEWEST_DIRECTIONS = 4
 """Jets have room for as many at least, or for none: four at a time are faster than one."""
 
 
-def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: int, directions: int) -> Walker:
+def new_walker(
+    side: Floats, trigger: Floats, law: Floats, memory: Floats, push: Floats, rows: int, directions: int
+) -> Walker:
     """Return a walker with its numbers still to be packed; ``rows`` is 4 where the yaw is held, else 6."""
     n_legs, width = len(side), 1 + (max(directions, FEWEST_DIRECTIONS) if directions else 0)
     legs, contacts = np.zeros((n_legs, N_LEG, width)), np.zeros((n_legs, N_CONTACT))
-    legs[:, TRIGGER, 0], legs[:, FORMULA, 0], contacts[:, SIDE] = trigger, law, side
+    legs[:, TRIGGER, 0], legs[:, FORMULA, 0], legs[:, MEMORY, 0], contacts[:, SIDE] = trigger, law, memory, side
+    clock = np.zeros(N_CLOCK)
+    clock[SIDE_VIEW] = np.any(trigger == GROUND)
     y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
     ahead, room = np.zeros((rows, width)), np.zeros((rows, width))
     return Walker(
@@ -177,7 +197,7 @@ def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: i
         np.zeros((N_START, width)),
         push,
         contacts,
-        np.zeros(N_CLOCK),
+        clock,
         y,
         np.zeros((n_legs, N_STANCE, width)),
         k,
@@ -191,6 +211,8 @@ def new_walker(side: Floats, trigger: Floats, law: Floats, push: Floats, rows: i
         np.zeros(width),
         np.zeros((rows, width)),
         np.zeros((rows, width)),
+        np.zeros((n_legs, 3, width)),
+        np.zeros(width),
         y.reshape(-1),
         k.reshape(16, -1),
         ahead.reshape(-1),
@@ -225,7 +247,8 @@ def blank_tape(steps: int, events: int, n_legs: int, rows: int, width: int) -> T
     )
 
 
-_example = new_walker(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, 3)), 4, 0)
+_none = np.zeros(1)
+_example = new_walker(_none, _none, _none, _none, np.zeros((1, 3)), 4, 0)
 WALKER: Any = typeof(_example)
 """Numba's type of all walkers."""
 TAPE: Any = typeof(new_tape(1, 1, _example))

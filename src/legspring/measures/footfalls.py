@@ -19,10 +19,16 @@ def phase_lag(run: Flow) -> Floats:
     ndarray
         ``(L,)``, from 0 to below 1; nan for a leg that is not put down.
     """
+    first = touchdowns(run)
+    lag = (first - first[0]) / run.times[-1] % 1.0
+    return np.where(1.0 - lag < SAME, 0.0, lag)
+
+
+def touchdowns(run: Flow) -> Floats:
+    """Time of each leg's first touch-down in a recorded stride, s: ``(L,)``, nan for a leg that is not put down."""
     # Legs of offset 0 are put down as the stride begins, which is no event of it.
     first, events = np.where(run.system.offset == 0.0, 0.0, math.nan), run.events
     for time, leg, lifts in zip(events.time, events.leg, events.lifts, strict=True):
         if not lifts and math.isnan(first[leg]):
             first[leg] = time
-    lag = (first - first[0]) / run.times[-1] % 1.0
-    return np.where(1.0 - lag < SAME, 0.0, lag)
+    return first

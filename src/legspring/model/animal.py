@@ -65,8 +65,8 @@ class Animal(Frozen):
     body : Body
         Mass and inertia.
     legs : tuple of Leg
-        The legs, one or two to a pair. Where all pairs have two that are mirror images, one step apart, the animal is
-        symmetric, and so are its gaits.
+        The legs, one or two to a pair. Where all pairs have two that are mirror images (alike, if the animal is seen
+        from the side), one step apart, the animal is symmetric, and its gaits may be so.
     families : mapping of str to tuple of str
         Labels of the pairs that push, for each family of gaits; the other pairs pull.
     speed_law : SpeedLaw
@@ -148,7 +148,7 @@ class Animal(Frozen):
 
     @property
     def mirrored(self) -> bool:
-        """Whether every leg has its mirror image on the other side, a step later."""
+        """Whether every leg has its mirror image on the other side, a step later; from the side, one that is alike."""
         return self.odd_pair is None
 
     @property
@@ -209,7 +209,7 @@ class Animal(Frozen):
     @property
     def sagittal(self) -> bool:
         """Whether it is seen from the side, and not from above: some leg comes down to the ground."""
-        return any(leg.touchdown == "ground" for leg in self.legs)
+        return _from_the_side(self.legs)
 
     def functions(self, family: str) -> tuple[int, ...]:
         """Return what each pair does in a family: the signs of ldev.
@@ -283,10 +283,10 @@ class Animal(Frozen):
             (hip, length, stiffness, angle or angle_deg, actuation, phase, function, offset, touchdown,
             follows, stance, damping, length_law). A leg's field takes one value for all pairs, or a
             sequence with one for each pair. The value is that of the leg of the pair which is put down
-            first (offset 0); its partner becomes its mirror image, with the angle and the hip's dx
-            negated. Or a number of one pair or leg, such as ``"F.stiffness"`` (both legs alike, angle and hip_x
-            in mirror image) and ``"FL.stiffness"``; hip_x and hip_y are numbers of their own. Or
-            desired_speed (m/s) and step_duration (s) in place of the laws.
+            first; that of its partner is in mirror image, with the angle and the hip's dx negated, unless the
+            animal is seen from the side, and keeps its lag. Or a number of one pair or leg, such as
+            ``"F.stiffness"`` (both legs alike, angle and hip_x in mirror image) and ``"FL.stiffness"``;
+            hip_x and hip_y are numbers of their own. Or desired_speed (m/s) and step_duration (s) in place of the laws.
 
         Returns
         -------
@@ -336,6 +336,47 @@ class Animal(Frozen):
         animal = Animal(**dict(animal) | parts) if parts else animal
         return Animal(**dict(animal) | {"legs": _with_numbers(animal, single)}) if single else animal
 
+    def without(self, *legs: str) -> "Animal":
+        """Return the animal without some of its legs.
+
+        Parameters
+        ----------
+        *legs : str
+            Names of legs, or labels of pairs.
+
+        Returns
+        -------
+        Animal
+            A copy without these legs. Pairs keep their order: where the leg that stood first is gone, the other one of
+            its pair stands in its place. Families that come to differ in nothing are one.
+
+        Raises
+        ------
+        ModelError
+            If there is no such leg, or none is left, or one that is left follows one that is not.
+
+        Examples
+        --------
+        >>> from legspring.model import cockroach
+        >>> injured = cockroach().without("FL")
+        >>> [leg.name for leg in injured.legs], injured.pairs
+        (['FR', 'MR', 'BL', 'ML', 'BR'], ('F', 'M', 'B'))
+        """
+        gone = {i for label in legs for i in self.legs_named(label)}
+        kept: list[Leg] = []
+        for i in range(len(self.legs)):
+            stand_in = self.partners[i] if i in gone else i
+            # A pair stands where its first leg stood.
+            if stand_in not in gone and self.legs[stand_in] not in kept:
+                kept.append(self.legs[stand_in])
+        pairs = {leg.pair for leg in kept}
+        names: dict[tuple[str, ...], str] = {}
+        for name, pushing in self.families.items():
+            left = tuple(pair for pair in pushing if pair in pairs)
+            names[left] = name if left == pushing else names.get(left, name)
+        families = {name: left for left, name in names.items()}
+        return Animal(**dict(self) | {"legs": tuple(kept), "families": families})
+
 
 _CHANGEABLE = (
     tuple(Animal.model_fields),
@@ -364,7 +405,10 @@ def _changed_legs(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]
         first = firsts[leg.pair]
         kept = {name: value for name, value in first if f"{name}_deg" not in changes}
         new = Leg(**kept | {name: values[leg.pair] for name, values in by_pair.items()})
-        return new if leg.name == first.name else new.mirrored(leg.name, partners)
+        if leg.name == first.name:
+            return new
+        image = new.mirrored(leg.name, partners, alike=animal.sagittal, later=leg.offset - first.offset)
+        return Leg(**dict(leg) | {name: value for name, value in image if {name, f"{name}_deg"} & set(changes)})
 
     return tuple(map(changed, animal.legs))
 
@@ -380,7 +424,7 @@ def _with_numbers(animal: Animal, changes: Mapping[str, Any]) -> tuple[Leg, ...]
         for i in legs:
             first = next((j for j in legs if j in animal.first_legs), i)
             later = animal.legs[i].offset - animal.legs[first].offset
-            _set_number(fields[i], number, value if i == first else _image(number, value, later))
+            _set_number(fields[i], number, value if i == first else _image(number, value, later, animal.sagittal))
     return tuple(Leg(**leg) for leg in fields)
 
 
@@ -393,12 +437,14 @@ def _set_number(leg: dict[str, Any], number: str, value: Any) -> None:
     leg[number] = value
 
 
-def _image(number: str, value: Any, later: float) -> Any:
+def _image(number: str, value: Any, later: float, alike: bool) -> Any:
     """Return a number of the other leg of a pair; what is no number is left for the check to come."""
     if not isinstance(value, Real):
         return value
     value = float(value)
-    return (value + later) % 2.0 if number == "offset" else 0.0 - value if number in _MIRRORED else value
+    if number == "offset":
+        return (value + later) % 2.0
+    return 0.0 - value if number in _MIRRORED and not alike else value
 
 
 def _by_pair(name: str, value: Any, pairs: tuple[str, ...]) -> dict[str, Any]:
@@ -435,6 +481,10 @@ def _check_rules(legs: tuple[Leg, ...]) -> None:
         raise ModelError("no leg has offset 0: must be one that is put down at the start, unless all go by the clock")
 
 
+def _from_the_side(legs: tuple[Leg, ...]) -> bool:
+    return any(leg.touchdown == "ground" for leg in legs)
+
+
 def _partners(legs: tuple[Leg, ...]) -> dict[str, str]:
     """Name of the other leg of each leg's pair."""
     return {a.name: b.name for a in legs for b in legs if a.pair == b.pair and a.name != b.name}
@@ -456,9 +506,9 @@ def _partners_of(legs: tuple[Leg, ...]) -> tuple[int, ...]:
 
 def _odd_pair(legs: tuple[Leg, ...], partners: tuple[int, ...]) -> str | None:
     """Label of the first pair that has not two legs that are mirror images; None if there is none."""
-    names = _partners(legs)
+    names, alike = _partners(legs), _from_the_side(legs)
     for i, n in enumerate(partners):
-        if n == i or not legs[n].is_mirror_image_of(legs[i], names):
+        if n == i or not legs[n].is_mirror_image_of(legs[i], names, alike=alike):
             return legs[i].pair
     return None
 

@@ -61,8 +61,8 @@ class Leg(Frozen):
         start if this is 0.
     touchdown : {"clock", "ground", "lift-off"}
         When it touches down: every two step durations; or when its foot, held at the leg's length and
-        angle, comes down to the ground, the line y = const through the foot that is down at the start (for
-        a sagittal plane: gravity along -y, slope 90 deg); or when another leg lifts off.
+        angle, comes down to the ground, the line y = const through the foot that is put down at the start
+        (the animal is then seen from the side); or when another leg lifts off.
     follows : str, optional
         Name of that other leg.
     stance : float, optional
@@ -137,10 +137,17 @@ class Leg(Frozen):
     @property
     def passive(self) -> bool:
         """Whether it does no work: a spring of constant length, up when its force is zero, without a damper."""
-        constant = self.actuation == 0.0 if self.length_law is None else is_constant(self.length_law)
-        return constant and self.stance is None and self.damping == 0.0
+        return self.timeless and self.damping == 0.0
 
-    def mirrored(self, name: str, partners: Mapping[str, str] = _NOBODY) -> "Leg":
+    @property
+    def timeless(self) -> bool:
+        """Whether its force does not depend on the time since its touch-down, nor its lift-off."""
+        constant = self.actuation == 0.0 if self.length_law is None else is_constant(self.length_law)
+        return constant and self.stance is None
+
+    def mirrored(
+        self, name: str, partners: Mapping[str, str] = _NOBODY, *, alike: bool = False, later: float = 1.0
+    ) -> "Leg":
         """Return the leg's mirror image: on the body's other side, one step later.
 
         Parameters
@@ -149,20 +156,26 @@ class Leg(Frozen):
             Name of the image.
         partners : mapping of str to str
             Names of the images of other legs, for one that follows them.
+        alike : bool
+            Whether it is seen from the side, where the two legs of a pair are alike.
+        later : float
+            How much later the image is put down, in step durations.
 
         Returns
         -------
         Leg
             The image; mirrored twice, a leg is itself again.
         """
-        dx, dy = self.hip
-        # 0.0 - x where -x would do, so that no zero turns into -0.0.
-        image = {"hip": (0.0 - dx, dy), "angle": 0.0 - self.angle, "offset": (self.offset + 1.0) % 2.0}
+        (dx, dy), angle = self.hip, self.angle
+        if not alike:
+            # 0.0 - x where -x would do, so that no zero turns into -0.0.
+            dx, angle = 0.0 - dx, 0.0 - angle
+        image = {"hip": (dx, dy), "angle": angle, "offset": (self.offset + later) % 2.0}
         follows = None if self.follows is None else ({name: self.name} | dict(partners)).get(self.follows, self.follows)
         return self.model_copy(update={"name": name, "follows": follows, **image})
 
-    def is_mirror_image_of(self, other: "Leg", partners: Mapping[str, str] = _NOBODY) -> bool:
-        """Tell whether two legs are mirror images, up to rounding.
+    def is_mirror_image_of(self, other: "Leg", partners: Mapping[str, str] = _NOBODY, *, alike: bool = False) -> bool:
+        """Tell whether two legs are mirror images, one step apart, up to rounding.
 
         Parameters
         ----------
@@ -170,13 +183,15 @@ class Leg(Frozen):
             The leg to compare with.
         partners : mapping of str to str
             Names of the images of the legs.
+        alike : bool
+            Whether they are seen from the side, where images are alike.
 
         Returns
         -------
         bool
             Whether this leg is `other` mirrored; names do not matter.
         """
-        image = other.mirrored(self.name, partners)
+        image = other.mirrored(self.name, partners, alike=alike)
         return (
             self._manner() == image._manner()
             and all(map(_close, self._geometry(), image._geometry()))
