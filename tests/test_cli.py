@@ -270,7 +270,7 @@ BAD = {
     "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': must be one of A, FB, MB, B",
     "gaits cockroach --slope 45 --heading 0.1 --actuation 1,x": "--actuation = '1,x': must be numbers",
     "gaits cockroach --slope 45 --heading 0.1 --actuation 0.1,0.1,0.1": "below the leg's length, 0.032 m",
-    "gaits cockroach --slope 45": "--heading is missing: must be an angle in radians",
+    "gaits cockroach --slope 45": "heading is missing: must be an angle in rad, within +-pi/2",
     "gaits": "Missing argument 'ANIMAL'.",
     "gates": "No such command 'gates'.",
     "gaits cockroach --slop 45": "No such option",

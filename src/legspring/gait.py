@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.flow import Flow, IntegrationError, flow
+from legspring.flow import SEEN, Flow, IntegrationError, flow
 from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT, System
 from legspring.measures.cost import transport_cost, work_of_legs
@@ -88,9 +88,9 @@ class Gait:
     turn
         Change of yaw over the step before, rad, where steps do not mirror one another and feet are not remembered one
         by one; else None.
-    contacts, memory
-        Legs that were put down before a step begins and are down then, and what is remembered of them (see
-        `legspring.layout.System.memory`); None where the step before says it.
+    contacts, remembered
+        Legs that were put down before a step begins and are down then, and what is remembered of them (see `memory`);
+        None where the step before says it.
     symmetric
         Whether steps mirror one another, if the animal is such that they may.
     drift
@@ -117,7 +117,7 @@ class Gait:
     displacement: tuple[float, float] | None = None
     turn: float | None = None
     contacts: tuple[str, ...] | None = None
-    memory: tuple[float, ...] = ()
+    remembered: tuple[float, ...] = ()
     symmetric: bool = True
 
     def __repr__(self) -> str:
@@ -147,13 +147,25 @@ class Gait:
             yaw=self.yaw,
             yaw_rate=self.yaw_rate,
             turn=self.turn if self.turn is not None or self.system.flips else 0.0,
-            memory=self.memory,
+            memory=self.remembered,
         )
 
     @cached_property
     def stride(self) -> Flow:
         """One stride as it was simulated."""
         return flow(self.system, self.point, steps=self.system.steps_per_stride, record=True, accuracy=TIGHT)
+
+    @property
+    def memory(self) -> dict[str, float]:
+        """What is remembered of feet that are down as a step begins, by name; empty where the step before says it.
+
+        Of legs that go by the clock, displacement and turn of the body since they were put down, m and rad; of others,
+        place of the foot seen from the centre of mass, m, and time since touch-down, in the animal's step durations.
+
+        See :ref:`model-memory`.
+        """
+        names = (name for name in self.system.memory if "." in name)
+        return dict(zip(names, self.remembered, strict=True))
 
     @property
     def first_legs(self) -> tuple[int, ...]:
@@ -238,11 +250,12 @@ class Gait:
     def reduced_eigenvalue(self) -> float:
         """Largest eigenvalue magnitude of the thesis's one-stride map of speed and heading.
 
-        Nan for an animal that is not tuned to its desired speed, by which that map rebuilds the old feet.
+        Nan for an animal that is not tuned to its desired speed, by which that map rebuilds the old feet, and where old
+        feet are elsewhere.
 
         See :ref:`model-reduced`.
         """
-        if not self.animal.tuned:
+        if not (self.animal.tuned and self.straight):
             return math.nan
         return largest_magnitude(reduced_map(self.system, self.point, accuracy=TIGHT)[1])
 
@@ -307,6 +320,35 @@ class Gait:
     def mean_speed(self) -> float:
         """Mean speed of progress, m/s."""
         return self.distance / self.step_duration
+
+    @cached_property
+    def _seen(self) -> dict[str, float]:
+        """What is observed at the end of a period."""
+        run = flow(self.system, self.point, steps=self.system.period, everything=True, accuracy=TIGHT)
+        return dict(zip(SEEN, run.seen[: len(SEEN), 0].tolist(), strict=True))
+
+    @property
+    def lateral_drift(self) -> float:
+        """Mean speed to the right, m/s: of a step if the next one mirrors it, else of a stride; nan from the side."""
+        return math.nan if self.animal.sagittal else self._seen["x"] / self._seen["duration"]
+
+    @property
+    def apex_height(self) -> float:
+        """Largest height of the centre of mass above the ground in flight, m; nan where none begins in a step.
+
+        See :ref:`model-side`.
+        """
+        return self._seen["apex_height"]
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether the next step is the image of a step: as seen from above, with left and right exchanged."""
+        return self.system.mirrored
+
+    @property
+    def straight(self) -> bool:
+        """Whether the step before was straight ahead at the desired speed, as the thesis has it."""
+        return self.contacts is None and self.displacement is None and self.system.flips
 
     @property
     def stride_frequency(self) -> float:

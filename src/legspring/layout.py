@@ -354,7 +354,8 @@ class System:
         surroundings = [self.slope, animal.gravity, body.mass, body.inertia or math.inf]
         surroundings += [self.desired_speed, self.step_duration]
         legs = np.array([numbers_of(leg) for leg in animal.legs])
-        ahead = [n for n, leg in enumerate(animal.legs) if leg.touchdown == "clock" and leg.offset > 0.0]
+        remembered = self.contacts or ()
+        ahead = [n for n, leg in enumerate(animal.legs) if leg.touchdown == "clock" and leg.name in remembered]
         legs[ahead, LEG_DY] = self.step_length * (2.0 - self.offset[ahead])
         if self.actuation is not None:
             legs[:, ACTUATION] = np.array(self.actuation)[self.pair]

@@ -129,7 +129,8 @@ def tuned_columns(gait: "Gait") -> dict[str, str]:
 def own_columns(gait: "Gait") -> dict[str, str]:
     """Return the columns of a gait that has a heading of its own."""
     yaws = {"yaw\n(rad)": number(gait.yaw_amplitude, 3)} if gait.animal.body.yaw == "free" else {}
-    largest = [f"{abs(value):.3f}" for value in gait.multipliers if abs(value) > LEAST_MULTIPLIER][:MOST_MULTIPLIERS]
+    most = MOST_MULTIPLIERS - len(yaws)
+    largest = [f"{abs(value):.3f}" for value in gait.multipliers if abs(value) > LEAST_MULTIPLIER][:most]
     return {
         "heading\n(rad)": number(gait.heading),
         "speed\n(m/s)": number(gait.speed),

@@ -101,8 +101,11 @@ class GaitProblem:
                 raise ValueError(f"given = {shown(name)}: must be one of {valid}")
             if isinstance(wanted, str) and wanted not in PLACES:
                 raise ValueError(f"{name} = {shown(wanted)}: must be a number, or one of {', '.join(PLACES)}")
-        if "apex_height" in self.given and not self.system.animal.sagittal:
-            raise ValueError("apex_height: must be left out for an animal that is not seen from the side")
+        side_view = self.system.animal.sagittal
+        for name, fits in (("apex_height", side_view), ("lateral_drift", not side_view)):
+            if name in self.given and not fits:
+                view = "from the side" if side_view else "from above"
+                raise ValueError(f"{name} = {self.given[name]}: must be left out for an animal that is seen {view}")
         for name in self.free:
             if name in TIED:
                 raise ValueError(f"free = {name!r}: must be a parameter to which the animal's laws tie no other")
@@ -442,7 +445,7 @@ class GaitProblem:
             displacement=(float(p[PLACES["Dx"]]), float(p[PLACES["Dy"]])) if even else None,
             turn=float(p[PLACES["turn"]]) if system.contacts is None and not system.flips else None,
             contacts=system.contacts,
-            memory=tuple(float(p[system.place_of(name)]) for name in system.memory if "." in name),
+            remembered=tuple(float(p[system.place_of(name)]) for name in system.memory if "." in name),
             symmetric=system.symmetric,
         )
 
@@ -532,7 +535,8 @@ def problem_for(
         If what is asked for, or what is free, does not fit the animal or one another.
     """
     if actuation is not None:
-        check_tuned(animal, "for an actuation to be given")
+        if not animal.tuned:
+            raise ValueError(f"actuation = {shown(actuation)}: must be left out for {animal.name!r}, which has its own")
         actuation = tuple(checked_vector("actuation", actuation, len(animal.pairs)).tolist())
     if mirrored and not animal.mirrored:
         raise ValueError(

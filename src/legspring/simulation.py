@@ -1,7 +1,7 @@
 """Time series of a simulation, as an xarray.Dataset."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -149,6 +149,7 @@ def simulate(
     displacement: tuple[float, float] | None = None,
     yaw: float = 0.0,
     yaw_rate: float = 0.0,
+    memory: Mapping[str, float] | None = None,
     strides: float = 2,
     accuracy: float = ACCURACY,
 ) -> xr.Dataset:
@@ -169,16 +170,20 @@ def simulate(
     family
         Which pairs push; not needed where the animal has one family only.
     slope, slope_deg
-        Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only.
+        Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only, nor from the
+        side, where the ground is level without.
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
     displacement
         Displacement of the centre of mass over the step before, m, which says where old feet are (:ref:`model-memory`).
     yaw, yaw_rate
         Of the body, where it is free to yaw; rad, rad/s.
+    memory
+        What is remembered of each foot that is down from before (see `Gait.memory`), as in ``{"R.foot_x": -0.1}``;
+        what is not named is that of a body that has moved straight ahead, and legs that are not named are up.
     strides
         How long; a multiple of 1/2. Half a stride is a step, which lasts a step duration or, where no leg goes by the
-        clock, to the next touch-down. Where legs have no mirror images a stride is one step.
+        clock, to the next touch-down of a leg whose offset is 0 or 1; if all have one offset, a stride is one step.
     accuracy
         Relative accuracy of the states after a stride.
 
@@ -202,7 +207,10 @@ def simulate(
     label = only_family(animal) if family is None else family
     if phase is None:
         check_phase(animal)
-    system = System(animal, slope_for(animal, slope, slope_deg), label, magnitudes)
+    system = System(animal, slope_for(animal, slope, slope_deg), label, magnitudes, legs_remembered(animal, memory))
+    for name in memory or ():
+        if name not in system.memory:
+            raise ValueError(f"memory = {shown(name)}: must be one of {', '.join(system.memory)}")
     p = system.point(
         phase,
         speed=checked_positive("speed", speed),
@@ -212,7 +220,18 @@ def simulate(
         yaw=checked_angle("yaw", yaw, math.pi),
         yaw_rate=checked_number("yaw_rate", yaw_rate),
     )
+    for name, value in (memory or {}).items():
+        p[system.direction(name) != 0.0] = checked_number(f"memory[{name!r}]", value)
     return simulation(system, p, strides, accuracy=accuracy)
+
+
+def legs_remembered(animal: Animal, memory: Mapping[str, float] | None) -> tuple[str, ...] | None:
+    """Return the legs of which something is remembered; those put down at the same instant are, too."""
+    if memory is None:
+        return None
+    named = {name.rpartition(".")[0] for name in memory if isinstance(name, str)}
+    times = {leg.offset for leg in animal.legs if leg.name in named and leg.touchdown == "clock"}
+    return tuple(leg.name for leg in animal.legs if leg.name in named or leg.offset in times) or None
 
 
 def only_family(animal: Animal) -> str:

@@ -405,8 +405,8 @@ def search_gaits(
     Whatever repeats itself is a gait: after a step, mirrored, if legs have mirror images, else after a stride. What is
     asked for beyond that takes a parameter that is let go. An animal whose legs have phases that are not given has
     these to let go: with three, it is asked for the heading, for its desired speed and for no lateral drift; with two
-    the drift is left to the gait, with one the heading, too. An animal that keeps its energy has gaits at any, and is asked
-    for its desired speed at the start of a step, unless a target says another thing.
+    the drift is left to the gait, with one the heading, too. An animal that keeps its energy has gaits at any, and is
+    asked for its desired speed at the start of a step, unless a target says another thing.
 
     See :ref:`numerics-search`.
 

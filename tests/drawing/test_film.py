@@ -19,6 +19,7 @@ from scipy.interpolate import interp1d
 import legspring as ls
 from legspring.drawing.stage import PULL, PUSH, PUSHED, THICK, THIN, Shot, Stage, common_window
 from legspring.figures import Film, animate
+from tests.places import place_of
 
 
 @pytest.fixture(scope="module")
@@ -211,8 +212,7 @@ def test_a_simulation_stands_still_at_its_end(gait: ls.Gait) -> None:
 @pytest.mark.parametrize("name", ls.presets())
 def test_every_preset_moves(name: str) -> None:
     animal = ls.load_animal(name)
-    low, high = animal.speed_law.domain_deg
-    gaits = ls.find_gaits(animal, slope_deg=low if low == high else 45, heading=0.15 if animal.tuned else None)
+    gaits = ls.find_gaits(animal, **place_of(animal))
     film = gaits[0].animate(strides=1)
     frames = list(film.frames())
     assert len(frames) == len(film) > 20

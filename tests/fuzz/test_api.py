@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import legspring as ls
 from legspring.layout import System
 from tests.fuzz.trying import OUTCOMES, examples, odd, refused
+from tests.places import place_of
 
 LONGEST = 120.0
 """Most that one call may take, s of processor time; almost all take less than one."""
@@ -201,9 +202,7 @@ def gaits() -> list[ls.Gait]:
     found = []
     for name in ls.presets():
         animal = ls.load_animal(name)
-        low, high = animal.speed_law.domain_deg
-        heading: dict[str, Any] = {"heading": 0.15} if animal.tuned else {}
-        found += ls.find_gaits(animal, slope_deg=low if low == high else 45.0, starts=24, **heading)[:1]
+        found += ls.find_gaits(animal, starts=24, **place_of(animal))[:1]
     return found
 
 

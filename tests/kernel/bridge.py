@@ -91,7 +91,7 @@ def attempt(
     """Walk with the given parameters and directions, however it ends; `room` is what the tape has for steps, events."""
     p, along = numbers
     rows, none = 4 if problem.inertia is None else 6, np.zeros(problem.n_legs)
-    walker = new_walker(problem.function.astype(float), none, none, push, rows, len(along))
+    walker = new_walker(problem.function.astype(float), none, none, none, push, rows, len(along))
     tape, ends = new_tape(room, room, walker), new_ends(1, int(end), len(along), walker)
     many(walker, tape, p[None], along, np.zeros((0, 0, 3)), end, int(end), error_scale(problem, accuracy), False, ends)
     return Walk(problem, int(ends.status[0]), walker, tape, ends.states[0])
@@ -118,7 +118,9 @@ def numbers(problem: Problem) -> Array:
     start = [p.speed, p.heading, *p.displacement, p.yaw, p.yaw_rate, turn]
     rest = [p.slope, p.gravity, p.mass, inertia, p.v_des, p.t_des]
     amplitude = p.ldev * p.function
-    legs = np.stack([*p.hip.T, p.stiffness, p.length, amplitude, p.phase, p.angle, none, none, p.offset], axis=1)
+    legs = np.stack(
+        [*p.hip.T, p.stiffness, p.length, amplitude, p.phase, p.angle, *[none] * 2, p.offset, *[none] * 3], axis=1
+    )
     return np.concatenate([np.array(start), np.array(rest), legs.ravel()])
 
 

@@ -12,7 +12,7 @@ CODE = """
 import numpy as np
 from legspring.kernel import many, walker
 none = np.zeros(1)
-w = walker.new_walker(-np.ones(1), none, none, np.zeros((0, 3)), 4, 0)
+w = walker.new_walker(-np.ones(1), none, none, none, np.zeros((0, 3)), 4, 0)
 p = np.array([*[0.1] * 7, 0, 9.81, 1, 1, 0.1, 1, 0, 0, 1, 0.03, 0.01, 1.0, 0, 0, 0, 0])
 tape, ends = walker.new_tape(0, 0, w), many.new_ends(1, 0, 0, w)
 many.many(w, tape, p[None], np.zeros((0, len(p))), np.zeros((0, 0, 3)), 0.0, 0, 1.0, False, ends)

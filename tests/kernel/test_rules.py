@@ -13,6 +13,7 @@ from legspring.kernel.pack import FIRST_LEG, GRAVITATION, INERTIA
 from legspring.kernel.walker import (
     ACTUATION,
     DAMPING,
+    GROUND,
     LIFTOFF,
     N_VARIED,
     NO_TOUCHDOWN,
@@ -203,16 +204,18 @@ def simulate(
     directions = np.array([direction(walker, which, index) for which, index in along]).reshape(len(along), len(p))
     laws = np.full(len(walker.legs), address(text or LAWS[walker.law]))
     rows = 6 if walker.yaws else 4
-    w = new_walker(walker.side, walker.legs[:, KINDS.index("trigger")], laws, np.zeros((0, 3)), rows, len(along))
+    triggers, even = walker.legs[:, KINDS.index("trigger")], np.zeros(len(laws))
+    w = new_walker(walker.side, triggers, laws, even, np.zeros((0, 3)), rows, len(along))
     tape, ends = new_tape(3000, 200, w), new_ends(1, steps, len(along), w)
     many(w, tape, p[None], directions, np.zeros((0, 0, 3)), float(steps), steps, 0.4 * accuracy, False, ends)
     return int(ends.status[0]), w, tape, ends.states[0]
 
 
 def parameters(walker: Walker) -> Any:
-    """The kernel's parameters: of a body of mass 1 on a wall."""
+    """The kernel's parameters: of a body of mass 1 on a wall or, from the side, on level ground."""
     gravity, mobility = walker.body
-    rest = [np.pi / 2, gravity, 1.0, 1.0 / mobility if walker.yaws else np.inf, 1.0, 1.0]
+    slope = 0.0 if GROUND in walker.legs[:, KINDS.index("trigger")] else np.pi / 2
+    rest = [slope, gravity, 1.0, 1.0 / mobility if walker.yaws else np.inf, 1.0, 1.0]
     legs = np.zeros((len(walker.legs), N_VARIED))
     legs[:, : DAMPING + 1], legs[:, STAY] = walker.legs[:, : DAMPING + 1], walker.legs[:, KINDS.index("stay")]
     legs[:, ACTUATION] *= walker.side

@@ -10,6 +10,7 @@ import xarray as xr
 import legspring as ls
 from legspring import Animal, Gait, load_animal
 from legspring.kernel.walker import Floats
+from tests.places import place_of
 
 
 def energies(animal: Animal, run: xr.Dataset) -> Floats:
@@ -26,8 +27,7 @@ def energies(animal: Animal, run: xr.Dataset) -> Floats:
 
 
 def gaits_of(animal: Animal) -> Sequence[Gait]:
-    low, high = animal.speed_law.domain_deg
-    return ls.find_gaits(animal, slope_deg=low if low == high else 45.0, heading=0.15 if animal.tuned else None)
+    return ls.find_gaits(animal, **place_of(animal))
 
 
 @pytest.mark.parametrize("name", ls.presets())

@@ -6,21 +6,17 @@ import numpy as np
 import pytest
 
 import legspring as ls
-from legspring import Animal, Gait, load_animal
+from legspring import Gait, load_animal
 from legspring.model import ModelError
+from tests.places import place_of
 
 OWN = [name for name in ls.presets() if not load_animal(name).tuned]
 each = pytest.mark.parametrize("name", OWN)
 
 
-def slope_of(animal: Animal) -> float:
-    """The only slope of an animal's speed law, or one in the middle, deg."""
-    return sum(animal.speed_law.domain_deg) / 2.0
-
-
 def first_gait(name: str) -> Gait:
     animal = load_animal(name)
-    return ls.find_gaits(animal, slope_deg=slope_of(animal))[0]
+    return ls.find_gaits(animal, **place_of(animal))[0]
 
 
 @each
@@ -61,11 +57,14 @@ def test_forces_over_a_stride(name: str) -> None:
     force = run["force"].values
     for pair, leg in enumerate(gait.first_legs):
         sampled = np.max(np.abs(force[:, leg]), axis=0)
-        np.testing.assert_allclose(np.abs(gait.peak_force[pair]), sampled, rtol=2e-3, atol=1e-6)
+        # Between samples a force that lasts for less of a stride grows by more.
+        rough = 2e-3 if gait.duty_factor[leg] > 0.2 else 3e-2
+        np.testing.assert_allclose(np.abs(gait.peak_force[pair]), sampled, rtol=rough, atol=1e-6)
     high, low = gait.net_force
-    net = force[:101].sum(axis=1)
-    np.testing.assert_allclose(high, net.max(axis=0), rtol=0, atol=5e-3 * np.max(np.abs(net)))
-    np.testing.assert_allclose(low, net.min(axis=0), rtol=0, atol=5e-3 * np.max(np.abs(net)))
+    net = force[: 100 * gait.system.period + 1].sum(axis=1)
+    rough = (5e-3 if np.min(gait.duty_factor) > 0.2 else 3e-2) * np.max(np.abs(net))
+    np.testing.assert_allclose(high, net.max(axis=0), rtol=0, atol=rough)
+    np.testing.assert_allclose(low, net.min(axis=0), rtol=0, atol=rough)
 
 
 @each
@@ -98,8 +97,6 @@ def test_an_animal_that_keeps_its_energy_does_not_recover(name: str) -> None:
 
 def test_what_gaits_with_headings_of_their_own_do_not_take() -> None:
     animal = load_animal("lateral_leg_spring")
-    with pytest.raises(ValueError, match=r"^heading = 0\.1: must be left out for 'lateral_leg_spring'"):
-        ls.find_gaits(animal, heading=0.1)
     with pytest.raises(ModelError, match=r"slope = 10 deg: must be 0 deg$"):
         ls.find_gaits(animal, slope_deg=10)
     with pytest.raises(ValueError, match="must have actuated legs whose phases are not given for a map over slope"):
@@ -114,15 +111,6 @@ def test_starts_of_what_is_tuned_name_all() -> None:
         ls.simulate(roach, slope_deg=0, heading=0.1, speed=0.3, phase=[0.0, 0.0, 0.0])
     with pytest.raises(ValueError, match=r"^phase is missing: must be an angle in rad for each of F, M, B$"):
         ls.simulate(roach, slope_deg=0, heading=0.1, speed=0.3, family="A")
-
-
-def test_legs_that_make_no_steps_alike() -> None:
-    animal = load_animal("spring_loaded_inverted_pendulum")
-    with pytest.raises(ValueError, match="must have legs of offset 0, or in pairs"):
-        other = animal.legs[0].model_copy(update={"name": "R", "pair": "R", "offset": 1.0})
-        ls.find_gaits(animal.replace(legs=(*animal.legs, other), families={"P": ("L", "R")}))
-    with pytest.raises(ValueError, match="needs one leg that touches down at offset 0 and one at offset 1"):
-        ls.find_gaits(animal.replace(touchdown="clock"))
 
 
 @pytest.fixture(scope="module")

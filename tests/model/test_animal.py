@@ -185,6 +185,6 @@ def test_legs_that_are_no_mirror_images(change: dict[str, float]) -> None:
 
 
 def test_a_desired_speed_is_for_the_same_slopes_as_before() -> None:
-    runner = load_animal("spring_loaded_inverted_pendulum").replace(desired_speed=4.0)
-    assert (runner.speed_law.level, runner.speed_law.domain_deg) == (4.0, (90.0, 90.0))
+    climber = load_animal("climbing_template").replace(desired_speed=4.0)
+    assert (climber.speed_law.level, climber.speed_law.domain_deg) == (4.0, (90.0, 90.0))
     assert cockroach().replace(desired_speed=0.2).desired_speed(1.0) == 0.2

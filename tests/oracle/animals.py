@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from legspring import Animal
+from legspring import Animal, Gait
 from tests.oracle import heyoka_rules
 from tests.oracle.problem import Array
 
@@ -18,7 +18,12 @@ def duration_of(animal: Animal, slope: float) -> float:
 
 
 def walker_of(
-    animal: Animal, slope: float, family: str, start: dict[str, float], phase: dict[str, float]
+    animal: Animal,
+    slope: float,
+    family: str,
+    start: dict[str, float],
+    phase: dict[str, float],
+    before: tuple[heyoka_rules.Before, ...] = (),
 ) -> heyoka_rules.Walker:
     """Return the oracle's walker; a start by `START`, SI units, and the phase of each leg by its name."""
     time, mass = duration_of(animal, slope), animal.body.mass
@@ -32,19 +37,50 @@ def walker_of(
         row = [*leg.hip, stiffness, leg.length, ldev, phase[leg.name], leg.angle, leg.damping * time / mass]
         rows.append([*row, trigger, leg.stance or 0.0])
     mobility = mass / animal.body.inertia if animal.body.yaw == "free" and animal.body.inertia else 0.0
-    body = np.array([animal.gravity * np.sin(slope) * time**2, mobility])
+    weight, (sine, cosine) = animal.gravity * time**2, (np.sin(slope), np.cos(slope))
+    side_view = any(leg.touchdown == "ground" for leg in animal.legs)
+    body = np.array([weight * cosine, mobility, weight * sine] if side_view else [weight * sine, mobility, 0.0])
     numbers = [start[name] * (time if name in ("speed", "yaw_rate") else 1.0) for name in START]
     signs, offsets = [side[leg.pair] for leg in animal.legs], [leg.offset for leg in animal.legs]
     return heyoka_rules.Walker(
-        body, np.array(rows), np.array(signs), np.array(offsets), np.array(numbers), animal.body.yaw == "free"
+        body,
+        np.array(rows),
+        np.array(signs),
+        np.array(offsets),
+        np.array(numbers),
+        animal.body.yaw == "free",
+        before=before,
     )
 
 
+def before_of(gait: Gait) -> tuple[heyoka_rules.Before, ...]:
+    """Return what a gait says of each leg before its start."""
+    if gait.contacts is None:
+        return ()
+    found: list[heyoka_rules.Before] = []
+    numbers = gait.point[13:].reshape(len(gait.animal.legs), -1)
+    for leg, row in zip(gait.animal.legs, numbers, strict=True):
+        x, y, last = (float(value) for value in row[10:13])
+        if leg.name not in gait.contacts:
+            found.append(None)
+        elif leg.touchdown == "clock":
+            found.append(heyoka_rules.Moved(x, y, last))
+        else:
+            found.append(heyoka_rules.Stood(x, None if gait.animal.sagittal else y, last))
+    return tuple(found)
+
+
 def states_of(
-    animal: Animal, slope: float, family: str, start: dict[str, float], phase: dict[str, float], steps: int
+    animal: Animal,
+    slope: float,
+    family: str,
+    start: dict[str, float],
+    phase: dict[str, float],
+    steps: int,
+    before: tuple[heyoka_rules.Before, ...] = (),
 ) -> Array:
     """Simulate: x, y, vx, vy, yaw, yaw rate and time at the starts of steps, ``(steps + 1, 7)``, in SI units."""
-    walker, time = walker_of(animal, slope, family, start, phase), duration_of(animal, slope)
+    walker, time = walker_of(animal, slope, family, start, phase, before), duration_of(animal, slope)
     # What is put down a little later than a step begins was up before.
     up = [i for i, leg in enumerate(animal.legs) if leg.touchdown == "clock" and 0.0 < leg.offset < 0.5]
     walk = heyoka_rules.simulate(walker, steps, up)

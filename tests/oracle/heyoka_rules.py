@@ -1,6 +1,7 @@
 """Walkers with any rules of touch-down and lift-off, dampers and length laws, by Taylor series.
 
-They are described by numbers in the kernel's units and layout: a body (gravity, m / I), legs (hip x and y, stiffness,
+They are described by numbers in the kernel's units and layout: a body (gravity along -y, m / I, and gravity along -x if
+there is any), legs (hip x and y, stiffness,
 length, ldev, phase, angle, damping, trigger, stay) and a start (speed, heading, Dx, Dy, yaw, yaw rate, turn). Triggers:
 0 by the clock, -1 the ground, n the lift-off of the n-th leg. A stay of 0 lasts until the force is zero.
 """
@@ -31,8 +32,33 @@ def sinusoid(m: Any, t: Any, l0: Any, ldev: Any, phi: Any) -> Any:
 
 
 @dataclass(frozen=True)
+class Moved:
+    """A leg that was put down before the start: how far the body has come since then, and turned."""
+
+    x: float
+    y: float
+    turn: float
+
+
+@dataclass(frozen=True)
+class Stood:
+    """A leg that an event has put down before the start: where its foot is from the body, and how long ago.
+
+    From the side, its foot is on the ground.
+    """
+
+    x: float
+    y: float | None
+    age: float
+
+
+Before = Moved | Stood | None
+"""What is known of a leg before the start; None: that it is up."""
+
+
+@dataclass(frozen=True)
 class Walker:
-    """What is to be simulated, in the kernel's units."""
+    """What is to be simulated, in the kernel's units; `before` has what is known of each leg, if the start does not."""
 
     body: Array
     legs: Array
@@ -41,6 +67,7 @@ class Walker:
     start: Array
     yaws: bool
     law: Law = sinusoid
+    before: tuple[Before, ...] = ()
 
     def perturbed(self, name: str, index: Any, amount: float) -> Walker:
         """The same with one number changed: of the "body", the "legs" or the "start"."""
@@ -72,7 +99,7 @@ class Walk:
 @cache
 def _integrator(n_legs: int, law: Law) -> Any:
     x, y, vx, vy, theta, omega = hy.make_vars("x", "y", "vx", "vy", "theta", "omega")
-    gravity, mobility = hy.par[n_legs * _LEG], hy.par[n_legs * _LEG + 1]
+    gravity, mobility, across = (hy.par[n_legs * _LEG + i] for i in range(3))
     forces: list[tuple[Any, Any, Any]] = []
     pulls, heights = [], []
     for leg in range(n_legs):
@@ -93,7 +120,14 @@ def _integrator(n_legs: int, law: Law) -> Any:
         # The reach of a leg in the air, as seen from the body, is given in the place of its hip.
         heights.append(y + arm_y - level)
     sums = [hy.sum([force[i] for force in forces]) for i in range(3)]
-    motion = [(x, vx), (y, vy), (vx, sums[0]), (vy, sums[1] - gravity), (theta, omega), (omega, mobility * sums[2])]
+    motion = [
+        (x, vx),
+        (y, vy),
+        (vx, sums[0] - across),
+        (vy, sums[1] - gravity),
+        (theta, omega),
+        (omega, mobility * sums[2]),
+    ]
     events = [hy.t_event(pull, cooldown=_COOL) for pull in pulls]
     events += [hy.t_event(height, cooldown=_COOL, direction=hy.event_direction.negative) for height in heights]
     return hy.taylor_adaptive(motion, np.zeros(6), t_events=events, compact_mode=True)
@@ -116,8 +150,9 @@ class _Walk:
         taylor.time = 0.0
         taylor.state[:] = (0.0, 0.0, -start[0] * np.sin(course), start[0] * np.cos(course), start[4], start[5])
         taylor.reset_cooldowns()
-        self.pars = taylor.pars[:-2].reshape(self.n, _LEG)
-        taylor.pars[-2:] = walker.body[0], walker.body[1] if walker.yaws else 0.0
+        self.pars = taylor.pars[:-3].reshape(self.n, _LEG)
+        across = walker.body[2] if len(walker.body) > 2 else 0.0
+        taylor.pars[-3:] = walker.body[0], walker.body[1] if walker.yaws else 0.0, across
         self.down = np.zeros(self.n, dtype=bool)
         self.since = np.full(self.n, -np.inf)
         self.ground = -_FAR
@@ -154,8 +189,15 @@ class _Walk:
             return
         ago = 2.0 - walker.offset[leg]
         before = np.array([-ago * start[2], -ago * start[3], 0.0, 0.0, start[4] - ago * start[6]])
+        known = walker.before[leg] if walker.before else Moved(-before[0], -before[1], ago * start[6])
+        nowhere = known is None or (not walker.before and trigger != 0.0 and start[2] == start[3] == 0.0)
+        if isinstance(known, Moved):
+            before = np.array([-known.x, -known.y, 0.0, 0.0, start[4] - known.turn])
+        if isinstance(known, Stood):
+            ago = known.age
         self._put_down(leg, -ago, before)
-        nowhere = trigger != 0.0 and start[2] == start[3] == 0.0
+        if isinstance(known, Stood):
+            self.pars[leg, 6:8] = known.x, self.ground if known.y is None else known.y
         if nowhere or (stay <= ago if stay > 0.0 else self._pull(leg) * walker.side[leg] < 0.0):
             self._lift(leg)
 

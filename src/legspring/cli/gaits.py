@@ -9,15 +9,22 @@ import typer
 from legspring.cli.options import (
     Actuation,
     AnimalName,
+    ApexHeight,
+    Asymmetric,
     Branch,
+    Energy,
     Family,
     FigureFile,
     FilmFile,
     FootfallFile,
+    Free,
     Heading,
     Json,
+    LateralDrift,
+    MeanSpeed,
     Slope,
     Slow,
+    Speed,
     check_figure,
     check_film,
     integer,
@@ -91,6 +98,13 @@ def gaits(
     heading: Heading = None,
     family: Family = None,
     actuation: Actuation = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
     as_json: Json = False,
     figure: FigureFile = None,
     footfalls: FootfallFile = None,
@@ -100,10 +114,25 @@ def gaits(
     Example: legspring gaits cockroach --slope 45 --heading 0.15
 
     Example: legspring gaits lateral_leg_spring
+
+    Example: legspring gaits walker --energy 816
     """
     check_figure(figure)
     check_figure(footfalls)
-    search = search_at(animal, slope, heading, family, actuation)
+    search = search_at(
+        animal,
+        slope,
+        heading,
+        family,
+        actuation,
+        free,
+        asymmetric,
+        speed=speed,
+        mean_speed=mean_speed,
+        energy=energy,
+        apex_height=apex_height,
+        lateral_drift=lateral_drift,
+    )
     if as_json:
         print_json([describe_gait(gait) for gait in search.gaits])
     elif search.gaits:
@@ -139,6 +168,12 @@ def simulate(
         ),
     ] = None,
     actuation: Actuation = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
     strides: Annotated[
         float, typer.Option(parser=number, metavar="NUMBER", help="How long; half a stride is a step.")
     ] = 2.0,
@@ -170,7 +205,24 @@ def simulate(
     check_film(animation)
     check_strides(animal, strides)
     if speed is None and phase is None:
-        gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
+        gait = choose_gait(
+            search_at(
+                animal,
+                slope,
+                heading,
+                family,
+                actuation,
+                free,
+                asymmetric,
+                mean_speed=mean_speed,
+                energy=energy,
+                apex_height=apex_height,
+                lateral_drift=lateral_drift,
+            ),
+            slope,
+            heading,
+            branch,
+        )
         run, about = gait.simulate(strides), {"family": gait.family, "branch": gait.branch}
     else:
         if branch is not None:
@@ -204,6 +256,13 @@ def recover(
     branch: Branch = None,
     family: Family = None,
     actuation: Actuation = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
     as_json: Json = False,
     figure: FigureFile = None,
     animation: FilmFile = None,
@@ -214,7 +273,25 @@ def recover(
     """
     check_figure(figure)
     check_film(animation)
-    gait = choose_gait(search_at(animal, slope, heading, family, actuation), slope, heading, branch)
+    gait = choose_gait(
+        search_at(
+            animal,
+            slope,
+            heading,
+            family,
+            actuation,
+            free,
+            asymmetric,
+            speed=speed,
+            mean_speed=mean_speed,
+            energy=energy,
+            apex_height=apex_height,
+            lateral_drift=lateral_drift,
+        ),
+        slope,
+        heading,
+        branch,
+    )
     recovery = gait.recover(impulse)
     if as_json:
         about = {name: getattr(gait, name) for name in ("family", "branch", "slope_deg", "heading")}
@@ -249,6 +326,13 @@ def animate(
     ] = None,
     family: Family = None,
     actuation: Actuation = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
     strides: Annotated[float, typer.Option(parser=number, metavar="NUMBER", help="How much of it.")] = 2.0,
     slow: Slow = None,
 ) -> None:
@@ -260,7 +344,20 @@ def animate(
     """
     check_film(out)
     check_strides(animal, strides)
-    search = search_at(animal, slope, heading, family, actuation)
+    search = search_at(
+        animal,
+        slope,
+        heading,
+        family,
+        actuation,
+        free,
+        asymmetric,
+        speed=speed,
+        mean_speed=mean_speed,
+        energy=energy,
+        apex_height=apex_height,
+        lateral_drift=lateral_drift,
+    )
     numbers = [branch] if beside is None else [branch, beside]
     gaits = [choose_gait(search, slope, heading, one) for one in numbers]
     save((out, films(*gaits, strides=strides, slow=slow)))

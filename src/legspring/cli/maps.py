@@ -17,7 +17,7 @@ from legspring.cli.options import (
     Json,
     Slope,
     check_figure,
-    check_place,
+    check_slope,
     integer,
     parse_grid,
     parse_numbers,
@@ -101,12 +101,14 @@ def optimize(
     with patience("loading"):
         from legspring.problem import check_tuned
     check_tuned(creature, "for its actuation to be optimised")
-    check_place(creature, slope, heading)
+    check_slope(creature, slope)
+    if heading is None:
+        raise ValueError("heading is missing: must be an angle in rad, within +-pi/2")
     with patience("searching for the best actuation"):
         best = legspring.optimize(
             creature,
             slope_deg=slope,
-            heading=heading,  # type: ignore[arg-type]  # checked above
+            heading=heading,
             family=family,
             objective=objective,  # type: ignore[arg-type]  # checked there
             map=map,  # type: ignore[arg-type]

@@ -60,7 +60,8 @@ Slope = Annotated[
     typer.Option(
         parser=number,
         metavar="DEG",
-        help="Slope in degrees, uphill positive; may be left out where an animal is for one slope only.",
+        help="Slope in degrees, uphill positive; may be left out where an animal is for one slope only, or on "
+        "level ground seen from the side.",
         show_default=False,
     ),
 ]
@@ -69,7 +70,8 @@ Heading = Annotated[
     typer.Option(
         parser=number,
         metavar="RAD",
-        help="Initial heading in radians, counter-clockwise from uphill; none where gaits have headings of their own.",
+        help="Heading at the start of a step in radians, counter-clockwise from uphill; to be left out where gaits "
+        "have headings of their own, unless something else is free.",
         show_default=False,
     ),
 ]
@@ -89,6 +91,48 @@ Actuation = Annotated[
         help="Magnitude of the actuation in m, one for each pair of legs, separated by commas; by default the "
         "animal's.",
     ),
+]
+Speed = Annotated[
+    float | None,
+    typer.Option(parser=number, metavar="M/S", help="Speed at the start of a step, to be had.", show_default=False),
+]
+MeanSpeed = Annotated[
+    float | None, typer.Option(parser=number, metavar="M/S", help="Mean speed, to be had.", show_default=False)
+]
+Energy = Annotated[
+    float | None,
+    typer.Option(
+        parser=number,
+        metavar="J",
+        help="Energy at the start of a step, to be had: of motion, of the springs, and of the height above the ground.",
+        show_default=False,
+    ),
+]
+ApexHeight = Annotated[
+    float | None,
+    typer.Option(
+        parser=number,
+        metavar="M",
+        help="Largest height above the ground in flight, to be had, from the side.",
+        show_default=False,
+    ),
+]
+LateralDrift = Annotated[
+    float | None,
+    typer.Option(parser=number, metavar="M/S", help="Mean speed sideways, to be had.", show_default=False),
+]
+Free = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAMES",
+        help="Parameters to let go, separated by commas, such as F.phase,step_duration: one for each thing to be had "
+        "that is too much.",
+        show_default=False,
+    ),
+]
+Asymmetric = Annotated[
+    bool,
+    typer.Option("--asymmetric", help="Look for gaits, too, whose steps do not mirror one another."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
 FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
@@ -147,17 +191,8 @@ def parse_phase(animal: "Animal", text: str) -> list[float]:
 def check_slope(animal: "Animal", slope: float | None) -> None:
     """Make sure that a slope is given where an animal is for more than one."""
     low, high = animal.speed_law.domain_deg
-    if slope is None and low < high:
+    if slope is None and low < high and not animal.sagittal:
         raise ValueError(f"--slope is missing: must be an angle from {low:g} to {high:g} degrees")
-
-
-def check_place(animal: "Animal", slope: float | None, heading: float | None) -> None:
-    """Make sure that a slope and a heading are given where gaits need them, and only there."""
-    check_slope(animal, slope)
-    if animal.tuned and heading is None:
-        raise ValueError("--heading is missing: must be an angle in radians")
-    if heading is not None and not animal.tuned:
-        raise ValueError(f"--heading = {heading:g}: must be left out; gaits of {animal.name} have their own")
 
 
 def check_figure(path: Path | None) -> None:

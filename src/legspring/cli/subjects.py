@@ -5,7 +5,7 @@ import sys
 from typing import TYPE_CHECKING
 
 import legspring
-from legspring.cli.options import check_place, parse_numbers, parse_phase
+from legspring.cli.options import check_slope, parse_numbers, parse_phase
 from legspring.cli.program import NO_GAIT, fail, patience
 
 if TYPE_CHECKING:
@@ -16,13 +16,20 @@ if TYPE_CHECKING:
 
 
 def search_at(
-    animal: str, slope: float | None, heading: float | None, family: str | None, actuation: str | None
+    animal: str,
+    slope: float | None,
+    heading: float | None,
+    family: str | None,
+    actuation: str | None,
+    free: str | None = None,
+    asymmetric: bool = False,
+    **targets: float | None,
 ) -> "Search":
-    """Search for the gaits that a command is about."""
+    """Search for the gaits that a command is about; targets are those of `search_gaits`."""
     from legspring.model import load_animal
 
     creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
-    check_place(creature, slope, heading)
+    check_slope(creature, slope)
     if magnitudes is not None and not creature.tuned:
         raise ValueError(f"--actuation = {actuation!r}: must be left out; gaits of {creature.name} have the animal's")
     with patience("loading"):
@@ -33,7 +40,10 @@ def search_at(
         heading=heading,
         family=family,
         actuation=magnitudes,
+        free=() if free is None else [name.strip() for name in free.split(",")],
+        mirrored=False if asymmetric else None,
         progress=sys.stderr.isatty(),
+        **targets,  # type: ignore[arg-type]  # of those names only
     )
 
 
@@ -71,7 +81,7 @@ def check_strides(name: str, strides: float) -> None:
         from legspring.layout import System
         from legspring.simulation import steps_in
 
-    slope_deg, _ = animal.speed_law.domain_deg
+    slope_deg = 0.0 if animal.sagittal else animal.speed_law.domain_deg[0]
     steps_in(System(animal, math.radians(slope_deg), next(iter(animal.families))), strides)
 
 
@@ -96,7 +106,7 @@ def simulate_start(
         raise ValueError(
             f"a start of {creature.name} that is no gait must have --speed, --heading, --phase and --family"
         )
-    check_place(creature, slope, heading if creature.tuned else None)
+    check_slope(creature, slope)
     with patience("simulating"):
         return legspring.simulate(
             creature,

@@ -49,6 +49,8 @@ SMALLEST_STEP = 1e-13
 """Smallest step of the integrator, in the shortest of the motion's own times."""
 MOST_STEPS = 1000
 """Steps in the longest of the motion's own times after which an integration gives up."""
+MOST_TIMES = 5.0
+"""Of these times, the most that count: a leg that waits for the ground may let the body turn on another for long."""
 MOST_TRIES = 40
 LONGEST_STEP = 50.0
 """Times, the longest of the motion's own, after which an animal with a leg down is given up if none touches down."""
@@ -225,7 +227,7 @@ def advance(w: Walker, end: float, scale: float, tape: Tape) -> int:
     """
     s = bound = w.clock[TIME]
     steps, leaving, ends = 0, -1, False
-    most = MOST_STEPS * ((end - s) / w.clock[SLOWEST] + 1.0)
+    most = MOST_STEPS * min((end - s) / w.clock[SLOWEST] + 1.0, MOST_TIMES)
     resume(w)
     while True:
         if s >= bound:

@@ -31,6 +31,14 @@ class Measurable(Protocol):
     def phase_lag(self) -> "Floats":
         """Touch-down of each leg; nan for one that is not put down."""
 
+    @property
+    def straight(self) -> bool:
+        """Whether the step before was straight ahead at the desired speed."""
+
+    @property
+    def apex_height(self) -> float:
+        """Largest height in flight; nan where there is none."""
+
 
 def always(_: "Animal") -> bool:
     """Say that maps of any animal have it."""
@@ -95,8 +103,20 @@ def _nowhere(gait: Measurable) -> str | None:
     return None if gait.gets_on else "the gait stays where it is: there is no distance to go by"
 
 
-def _not_tuned(gait: Measurable) -> str | None:
-    return None if gait.animal.tuned else "the animal has no desired speed by which to rebuild the old feet"
+def _not_rebuilt(gait: Measurable) -> str | None:
+    if not gait.animal.tuned:
+        return "the animal has no desired speed by which to rebuild the old feet"
+    return None if gait.straight else "old feet are not where a step straight ahead would have left them"
+
+
+def _from_the_side(gait: Measurable) -> str | None:
+    return "the animal is seen from the side" if gait.animal.sagittal else None
+
+
+def _no_flight(gait: Measurable) -> str | None:
+    if not gait.animal.sagittal:
+        return "the animal is not seen from the side"
+    return "no flight begins in a step" if gait.apex_height != gait.apex_height else None
 
 
 def _lifted_by_the_clock(gait: Measurable) -> str | None:
@@ -116,10 +136,14 @@ MEASURES = (
     Measure("heading", "rad", "initial heading", mapped=never),
     Measure("speed", "m/s", "initial speed of a step"),
     Measure("mean_speed", "m/s", "mean speed of progress"),
+    Measure("lateral_drift", "m/s", "mean speed sideways, of a step or, unmirrored, a stride", missing=_from_the_side),
     Measure("step_duration", "s", "duration of a step"),
     Measure("phase", "rad", "phase of the actuation", ("leg",)),
     Measure("actuation", "m", "magnitude of the actuation", ("leg",)),
     Measure("displacement", "m", "displacement over the step before", ("axis",), mapped=never),
+    Measure("contacts", "", "legs put down before that are down as a step begins", ("contact",), mapped=never),
+    Measure("memory", "", "what is remembered of their feet", ("coordinate",), mapped=never),
+    Measure("mirrored", "", "whether the next step is the image of a step", mapped=never),
     Measure("yaw", "rad", "yaw at the start of a step", mapped=yaws),
     Measure("yaw_rate", "rad/s", "yaw rate at the start of a step", mapped=yaws),
     Measure("liftoff", "t_des", "time from touch-down to lift-off", ("leg",)),
@@ -132,7 +156,9 @@ MEASURES = (
         "smallest rate at which a leg passes through zero force at lift-off",
         missing=_lifted_by_the_clock,
     ),
-    Measure("reduced_eigenvalue", "1", "largest eigenvalue magnitude of the reduced map (thesis)", missing=_not_tuned),
+    Measure(
+        "reduced_eigenvalue", "1", "largest eigenvalue magnitude of the reduced map (thesis)", missing=_not_rebuilt
+    ),
     Measure("multipliers", "1", "Floquet multipliers of a stride (complete map)", ("multiplier",), mapped=never),
     Measure("conserved", "", "what no step changes", ("multiplier",), mapped=never),
     Measure("missing", "", "measures that the gait does not have, and why", mapped=never),
@@ -163,6 +189,7 @@ MEASURES = (
     Measure("stride_length", "m", "progress of a stride"),
     Measure("froude_number", "1", "Froude number v^2 / (g L), L the mean force-free leg length"),
     Measure("energy", "J", "total energy at the start of a step"),
+    Measure("apex_height", "m", "largest height above the ground in flight", missing=_no_flight),
     Measure(
         "half_multipliers", "1", "multipliers of the step that mirrors itself, unsquared", ("multiplier",), mapped=never
     ),
