@@ -4,7 +4,8 @@ python3 dev.py test [PYTEST ARGUMENTS]    all checks: ruff, mypy, pytest
 python3 dev.py run ARGUMENTS              the command legspring
 python3 dev.py docs [--quick]             the documentation, in docs/_build/html; --quick leaves out what takes long
 python3 dev.py bench [ARGUMENTS]          the benchmarks
-python3 dev.py fuzz [--examples N]        random input, 10000 examples by default; then signals and kills
+python3 dev.py fuzz [--examples N] [--animals N]
+                                          random input, 10000 examples by default, and 300 animals; then signals and kills
 python3 dev.py smoke                      installation and first steps with all Pythons there are
 """
 
@@ -112,8 +113,11 @@ def fuzz(arguments: list[str]) -> int:
     """Try random input, as much as is asked for, and then how commands end that are not left to finish."""
     parser = argparse.ArgumentParser(prog="dev.py fuzz")
     parser.add_argument("--examples", type=int, default=10_000)
-    os.environ["LEGSPRING_FUZZ"] = str(parser.parse_args(arguments).examples)
+    parser.add_argument("--animals", type=int, default=300)
+    numbers = parser.parse_args(arguments)
+    os.environ["LEGSPRING_FUZZ"] = str(numbers.examples)
     tried = run("pytest", str(ROOT / "tests" / "fuzz"), cwd=ROOT)
+    tried |= run("pytest", str(ROOT / "tests" / "test_random_animals.py"), "--animals", str(numbers.animals), cwd=ROOT)
     return run("python", str(ROOT / "tests" / "fuzz" / "kills.py"), cwd=ROOT) or tried
 
 

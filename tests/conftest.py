@@ -1,12 +1,14 @@
 """What several tests share."""
 
 import csv
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
-from legspring import Animal, Gait, cockroach, load_animal
+from legspring import Animal, Gait, cockroach, load_animal, solve, sweep
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
+from tests.oracle.periods import Period, largest_allowed
 
 REFERENCE = Path(__file__).parent / "reference"
 Cells = dict[tuple[float, float], tuple[Gait, ...]]
@@ -16,6 +18,41 @@ def read_reference(name: str) -> list[dict[str, str]]:
     """Return the rows of one of the reference tables."""
     with open(REFERENCE / name, newline="") as file:
         return list(csv.DictReader(file))
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let more animals be made up than in the usual tests."""
+    parser.addoption("--animals", type=int, default=20, help="how many random animals to look at")
+
+
+RETURNED: list[Gait] = []
+"""Gaits that were returned since somebody looked."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _noted() -> Iterator[None]:
+    """Note all gaits that a search, or a map, returns."""
+    number = solve.number_branches
+
+    def noting(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
+        numbered = number(gaits)
+        RETURNED.extend(numbered)
+        return numbered
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (solve, sweep):
+            patch.setattr(module, "number_branches", noting)
+        yield
+
+
+@pytest.fixture(autouse=True)
+def _come_back() -> Iterator[None]:
+    """Make sure that every gait returned in a test comes back in an integration of another make."""
+    yield
+    gaits, RETURNED[:] = list(RETURNED), []
+    for gait in gaits:
+        departure = Period(gait).departure()
+        assert departure < largest_allowed(gait), f"{gait!r} is off by {departure:g} after a period"
 
 
 @pytest.fixture(scope="session")

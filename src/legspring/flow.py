@@ -90,13 +90,14 @@ class Events(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Legs at one moment: down or not; whether they lift off once their force is zero, and did not just come down.
+    """Legs at one moment: down or not; whether they are put down right then, or else lift off once their force is zero.
 
     Then feet seen from the centre of mass, ``(L, 2)``, and height of the ground, from there (nan where there is none);
     gap of those that are down, m, and stiffness, N/m.
     """
 
     down: NDArray[np.bool_]
+    lands: NDArray[np.bool_]
     leaves: NDArray[np.bool_]
     feet: Floats
     ground: Floats
@@ -188,11 +189,12 @@ class Flow:
         """Return what is known of the legs at the end."""
         w, stance = self.walker, self.walker.stance[:, :, 0]
         down = w.contacts[:, DOWN] != 0.0
-        leaves = (w.contacts[:, WATCHED] == FORCE) & (w.contacts[:, SINCE] < w.clock[TIME])
+        lands = self.system.lands if w.clock[TIME] == 0.0 else down & (w.contacts[:, SINCE] == w.clock[TIME])
+        leaves = (w.contacts[:, WATCHED] == FORCE) & ~lands
         feet = stance[:, FOOT_X : FOOT_X + 2] - w.y[X : X + 2, 0]
         ground = w.contacts[:, LEVEL] if self.system.animal.sagittal else np.full(len(down), math.nan)
         stiffness = stance[:, SPRING] * self.p[MASS] / self.unit**2
-        return Contacts(down, leaves, feet, ground - w.y[Y, 0], w.gaps[0, :, 0], stiffness)
+        return Contacts(down, lands, leaves, feet, ground - w.y[Y, 0], w.gaps[0, :, 0], stiffness)
 
     @cached_property
     def duty_factor(self) -> Floats:

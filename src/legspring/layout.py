@@ -24,6 +24,7 @@ from legspring.kernel.walker import (
     GROUND,
     LEG_DY,
     N_VARIED,
+    NOW,
     OWN,
     PHASE,
     UP,
@@ -145,9 +146,9 @@ class System:
     actuation
         Magnitude of the actuation of each pair, m; by default the animal's.
     contacts
-        Names of the legs that were put down before a start and may still be down then; all others are up, and what is
-        remembered of each foot is a parameter of its own. By default legs that go by the clock may be down, under a
-        body that has moved evenly since, and no others are.
+        Names of the legs that were put down before a start and may still be down then; all others are up or land, and
+        what is remembered of each foot is a parameter of its own. By default legs that go by the clock may be down,
+        under a body that has moved evenly since, and no others are.
     symmetric
         Whether what happens in a step mirrors the step before, if the animal is such that it can.
     apart
@@ -243,6 +244,19 @@ class System:
     def offset(self) -> Floats:
         """Time of each leg's first touch-down, in step durations."""
         return np.array([leg.offset for leg in self.animal.legs])
+
+    @cached_property
+    def lands(self) -> NDArray[np.bool_]:
+        """Which legs are put down as a step begins, ``(L,)``.
+
+        Those of offset 0; and those that wait for the ground beside one of them, with the foot held at the same place
+        (where the body does not pitch, at the same height), unless they have been put down before.
+        """
+        legs, down = self.animal.legs, self.contacts or ()
+        held = [held_at(leg, pair, self) for leg, pair in zip(legs, self.animal.pair_of, strict=True)]
+        landing = [place for leg, place in zip(legs, held, strict=True) if leg.offset == 0.0 and place]
+        beside = [place is not None and place in landing for place in held]
+        return (self.offset == 0.0) | (np.array(beside) & np.array([leg.name not in down for leg in legs]))
 
     @cached_property
     def event_driven(self) -> bool:
@@ -546,6 +560,7 @@ class System:
         memory = np.full(len(legs), EVEN)
         if self.contacts is not None:
             memory = np.array([OWN if name in self.contacts else UP for name in names])
+        memory[self.lands & (self.offset != 0.0)] = NOW
         return self.side, triggers, np.array([address(leg.length_law) for leg in legs]), memory
 
     @cached_property
@@ -566,6 +581,17 @@ class System:
         if number < 1e-14:
             raise ValueError(f"accuracy = {shown(accuracy)}: must be {valid}")
         return 0.4 * number * self._longest
+
+
+def held_at(leg: Leg, pair: int, system: System) -> tuple[object, ...] | None:
+    """Say where a leg that waits for the ground holds its foot, as far as it matters; None for one that does not."""
+    if leg.touchdown != "ground":
+        return None
+    ldev = system.functions[pair] * system.magnitudes[pair]
+    reach = leg.length - ldev * math.sin(leg.phase or 0.0)
+    place = (leg.hip[0] - reach * math.sin(leg.angle), leg.hip[1] + reach * math.cos(leg.angle))
+    rounded = tuple(round(one, 12) for one in place)
+    return (*(rounded if system.yaws else rounded[1:]), leg.length_law)
 
 
 def numbers_of(leg: Leg) -> list[float]:

@@ -30,14 +30,15 @@ FARTHEST = 1e-3
 class Moment(NamedTuple):
     """The start of a step, in SI units: what comes back if the motion repeats itself.
 
-    Loads are how far legs that are down are from lifting off at zero force, m; infinite for those that have just been
-    put down, or that the clock lifts.
+    Which legs are down, and which of them are put down right then. Loads are how far legs that are down are from
+    lifting off at zero force, m; infinite for those that have just been put down, or that the clock lifts.
     """
 
     velocity: Floats
     yaw: float
     yaw_rate: float
     down: NDArray[np.bool_]
+    lands: NDArray[np.bool_]
     loads: Floats
     feet: Floats
     height: float
@@ -90,6 +91,8 @@ def departures(system: System, first: Moment, now: Moment) -> Iterator[Departure
         for leg in np.flatnonzero(here.down & ~there.down):
             # A leg that is just about to lift off, or has just done so, makes no difference.
             yield Departure(here.loads[leg] / length, f"{names[leg]} {words}, which was not so at the start")
+    for leg in np.flatnonzero(now.lands & first.down & ~first.lands):
+        yield Departure(math.inf, f"{names[leg]} is put down, which was down already at the start")
     (vx, vy), (ux, uy) = now.velocity, first.velocity
     off = float(np.max(np.abs(now.velocity - first.velocity))) / speed
     yield Departure(off, f"the velocity is ({vx:.6g}, {vy:.6g}) m/s, and not ({ux:.6g}, {uy:.6g})")
@@ -117,7 +120,8 @@ def moment(run: Flow) -> Moment:
     depths, height = np.nan_to_num(legs.feet[:, 1] - legs.ground), float(np.nan_to_num(-legs.ground[0]))
     # Where energy is conserved, and so compared, a gap is a spring's stretch.
     energy = kinetic_and_spring(body, state, legs.stiffness, legs.gaps, legs.down)
-    return Moment(state[2:4], float(state[4]), float(state[5]), legs.down, loads, legs.feet, height, depths, energy)
+    turn = float(state[4]), float(state[5])
+    return Moment(state[2:4], *turn, legs.down, legs.lands, loads, legs.feet, height, depths, energy)
 
 
 def mirrored(system: System, m: Moment) -> Moment:
@@ -132,6 +136,7 @@ def mirrored(system: System, m: Moment) -> Moment:
         yaw=side * m.yaw,
         yaw_rate=side * m.yaw_rate,
         down=m.down[legs],
+        lands=m.lands[legs],
         loads=m.loads[legs],
         feet=m.feet[legs] * flip,
         depths=m.depths[legs],

@@ -333,14 +333,16 @@ def settled(problem: GaitProblem, gait: Gait) -> tuple[GaitProblem, Gait]:
     """Return a solution with the contacts with which it ends, if it is still one with these.
 
     Which legs that go by the clock are down at a start is first taken from the signs of their forces, which tell
-    nothing of a leg that has lifted off before and would bear again.
+    nothing of a leg that has lifted off before and would bear again; and one that is said to be down, but would not
+    bear, is up.
     """
     system = problem.system
     for _ in range(MOST_SETTLINGS if system.contacts else 0):
         try:
-            down = flow(system, gait.point, steps=system.period).contacts().down
+            legs_then = flow(system, gait.point, steps=system.period).contacts()
         except IntegrationError:
             break
+        down = legs_then.down & ~legs_then.lands
         images = system.animal.partners if system.mirrored else range(len(down))
         legs = zip(system.animal.legs, images, strict=True)
         names = tuple(leg.name for leg, image in legs if leg.offset > 0.0 and down[image])

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from legspring import Animal, Gait
+from legspring.model import Leg
 from tests.oracle import heyoka_rules
 from tests.oracle.problem import Array
 
@@ -53,6 +54,14 @@ def walker_of(
     )
 
 
+def held(leg: Leg, gait: Gait) -> tuple[float, ...]:
+    """Where a leg without actuation holds its foot; only how high, if the body does not pitch."""
+    place = leg.hip[0] - leg.length * math.sin(leg.angle), leg.hip[1] + leg.length * math.cos(leg.angle)
+    pitches = gait.animal.body.yaw == "free"
+    law = leg.actuation, leg.phase or 0.0
+    return tuple(round(one, 9) for one in (*(place if pitches else place[1:]), *law))
+
+
 def before_of(gait: Gait) -> tuple[heyoka_rules.Before, ...]:
     """Return what a gait says of each leg before its start."""
     if gait.contacts is None:
@@ -62,7 +71,9 @@ def before_of(gait: Gait) -> tuple[heyoka_rules.Before, ...]:
     for leg, row in zip(gait.animal.legs, numbers, strict=True):
         x, y, last = (float(value) for value in row[10:13])
         if leg.name not in gait.contacts:
-            found.append(None)
+            # One whose foot is held where another's is lands with it.
+            beside = [one for one in gait.animal.legs if one.offset == 0.0 and held(one, gait) == held(leg, gait)]
+            found.append(heyoka_rules.Lands() if beside and leg.touchdown == "ground" else None)
         elif leg.touchdown == "clock":
             found.append(heyoka_rules.Moved(x, y, last))
         else:

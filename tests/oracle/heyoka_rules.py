@@ -24,6 +24,7 @@ _SAME = 1e-9
 _LEG = 12  # parameters of a leg: stiffness, length, ldev, phase, hip, foot, damping, begun, level, whether it is down
 _SETTLE = 1e-6  # the first steps after an event, in which a leg just put down has a zero that hides others
 _COOL = 1e-8
+_TOGETHER = 1e-9  # height of a foot that is put down with another one, and gap of a leg that lifts off with another
 
 
 def sinusoid(m: Any, t: Any, l0: Any, ldev: Any, phi: Any) -> Any:
@@ -52,7 +53,12 @@ class Stood:
     age: float
 
 
-Before = Moved | Stood | None
+@dataclass(frozen=True)
+class Lands:
+    """A leg that is put down at the start, as one of offset 0."""
+
+
+Before = Moved | Stood | Lands | None
 """What is known of a leg before the start; None: that it is up."""
 
 
@@ -84,11 +90,19 @@ class Walker:
 
 @dataclass(frozen=True)
 class Walk:
-    """States (x, y, vx, vy, yaw, yaw rate) and times at the ends of steps; events as (time, leg, kind)."""
+    """States (x, y, vx, vy, yaw, yaw rate) and times at the ends of steps; events as (time, leg, kind).
+
+    And, at the end, place (x, y, yaw) of the body when each leg was put down last, its foot, that time, and which are
+    down.
+    """
 
     states: Array
     times: Array
     events: list[tuple[float, int, str]]
+    places: Array
+    feet: Array
+    since: Array
+    down: Array
 
     @property
     def sequence(self) -> list[tuple[int, str]]:
@@ -154,7 +168,7 @@ class _Walk:
         across = walker.body[2] if len(walker.body) > 2 else 0.0
         taylor.pars[-3:] = walker.body[0], walker.body[1] if walker.yaws else 0.0, across
         self.down = np.zeros(self.n, dtype=bool)
-        self.since = np.full(self.n, -np.inf)
+        self.since, self.places = np.full(self.n, -np.inf), np.zeros((self.n, 3))
         self.ground = -_FAR
         self.events: list[tuple[float, int, str]] = []
         self.ended = False
@@ -171,7 +185,9 @@ class _Walk:
             self._step()
             states.append(self.taylor.state.copy())
             times.append(self.taylor.time)
-        return Walk(np.array(states), np.array(times), self.events)
+        return Walk(
+            np.array(states), np.array(times), self.events, self.places, self.pars[:, 6:8].copy(), self.since, self.down
+        )
 
     def _foot(self, leg: int, state: Array) -> Array:
         hip_x, hip_y, _, l0, ldev, phi, angle = self.walker.legs[leg, :7]
@@ -184,7 +200,7 @@ class _Walk:
         """Put a leg down at the start, or in the step before."""
         walker, start = self.walker, self.walker.start
         trigger, stay = walker.legs[leg, 8:10]
-        if walker.offset[leg] == 0.0:
+        if walker.offset[leg] == 0.0 or (walker.before and isinstance(walker.before[leg], Lands)):
             self._put_down(leg, 0.0, self.taylor.state)
             return
         ago = 2.0 - walker.offset[leg]
@@ -206,16 +222,25 @@ class _Walk:
         cosine, sine = np.cos(theta), np.sin(theta)
         arm_x, arm_y = cosine * p[4] - sine * p[5], sine * p[4] + cosine * p[5]
         r_x, r_y = p[6] - x - arm_x, p[7] - y - arm_y
-        age, h = self.taylor.time - p[9], 1e-6
-        free, later, before = (self.walker.law(np, t, *p[1:4]) for t in (age, age + h, age - h))
+        free = self.walker.law(np, self.taylor.time - p[9], *p[1:4])
         distance = np.hypot(r_x, r_y)
         lengthening = -(r_x * (vx - omega * arm_y) + r_y * (vy + omega * arm_x)) / distance
-        return float(p[0] * (distance - free) + p[8] * (lengthening - (later - before) / (2 * h)))
+        return float(p[0] * (distance - free) + p[8] * lengthening)
+
+    def _stretch(self, leg: int) -> float:
+        """How far a leg is from zero force."""
+        return self._pull(leg) / float(self.pars[leg, 0])
+
+    def _height(self, leg: int) -> float:
+        """Height above the ground of the foot of a leg that waits for it."""
+        _, y, _, _, theta, _ = self.taylor.state
+        x, ahead = self.pars[leg, 4:6]
+        return float(y + np.sin(theta) * x + np.cos(theta) * ahead - self.pars[leg, 10])
 
     def _put_down(self, leg: int, time: float, state: Array) -> None:
         hip_x, hip_y, k, l0, ldev, phi, _, c = self.walker.legs[leg, :8]
         self.pars[leg] = k, l0, ldev, phi, hip_x, hip_y, *self._foot(leg, state), c, time, -_FAR, 1.0
-        self.down[leg], self.since[leg] = True, time
+        self.down[leg], self.since[leg], self.places[leg] = True, time, state[[0, 1, 4]]
 
     def _lift(self, leg: int) -> None:
         """Hold a leg in the air; where it waits for the ground, its foot is in the place of its hip."""
@@ -280,11 +305,17 @@ class _Walk:
             self._put_down(leg, time, self.taylor.state)
             if by_event and self.walker.event_driven and self.walker.offset[leg] in (0.0, 1.0):
                 self.ended = True
+            for other, trigger in enumerate(self.walker.legs[:, 8]):
+                if trigger == -1.0 and not self.down[other] and abs(self._height(other)) < _TOGETHER:
+                    self._happen(other, "touchdown")
             return
         self._lift(leg)
-        for other, trigger in enumerate(self.walker.legs[:, 8]):
+        for other, (trigger, stay) in enumerate(self.walker.legs[:, 8:10]):
             if trigger == leg + 1:
                 self._happen(other, "touchdown")
+            aged = time - self.since[other] > _SETTLE
+            if by_event and self.down[other] and stay == 0.0 and aged and abs(self._stretch(other)) < _TOGETHER:
+                self._happen(other, "liftoff")
 
 
 def central_derivative(

@@ -44,6 +44,7 @@ from legspring.kernel.walker import (
     MEMORY,
     NEXT_STEP,
     NOTHING,
+    NOW,
     OFFSET,
     OWN,
     PLACE_X,
@@ -103,7 +104,7 @@ def set_motion(w: Walker) -> None:
 def place(i: int, w: Walker) -> None:
     """Put leg i down, now or at its time before the start, if it may still be down."""
     offset, known = w.legs[i, OFFSET], w.legs[i, MEMORY, 0]
-    if offset[0] == 0.0:
+    if offset[0] == 0.0 or known == NOW:
         put_down(0.0, w.y, w.legs, i, w.stance, w.contacts, w.places[i])
         if w.legs[i, TRIGGER, 0] == CLOCK and moves(i, w):
             # Its touch-down is still to come, at a time that moves.

@@ -15,7 +15,7 @@ from legspring.kernel.jit import driver, formula
 from legspring.kernel.launch import launch
 from legspring.kernel.many import observe, take_step
 from legspring.kernel.pack import pack_directions
-from legspring.kernel.walker import EVALUATIONS, OK, Floats, Ints, Tape, Walker, new_tape
+from legspring.kernel.walker import EVALUATIONS, FASTEST, OK, TIME, Floats, Ints, Tape, Walker, new_tape
 
 CONVERGED, STALLED, OUT_OF_RANGE, OUT_OF_STEPS, BROKEN = 0, 1, 2, 3, 4
 """Endings of a search."""
@@ -28,6 +28,8 @@ SLOW, LITTLE = 0.98, 0.95
 NEAR = 1e-4
 """Sum of squared residuals below which Newton's method needs no damping."""
 FIRST_DAMPING, MOST_DAMPING = 1e-3, 1e3
+NO_TIME = 1e-4
+"""Duration, in the shortest of the motion's own times, that is none."""
 
 
 class Task(NamedTuple):
@@ -217,6 +219,9 @@ def evaluate(w: Walker, task: Task, base: Floats, z: Floats, steps: int, scale: 
     for step in range(1, steps + 1):
         if take_step(w, step, float(steps), scale, room.tape) != OK:
             return math.inf
+    if w.clock[TIME] < NO_TIME * w.clock[FASTEST]:
+        # A foot that is put down while it does not come down is put down again at once: that repeats itself, too.
+        return math.inf
     observe(w, room.p, task.along, room.seen)
     write_conditions(task, room.seen, room.p, room.residual, room.jacobian)
     total = sum_of_squares(room.residual)

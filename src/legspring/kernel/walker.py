@@ -31,9 +31,9 @@ LEG_DX, LEG_DY, LEG_TURN, TRIGGER, FORMULA, MEMORY = range(10, 16)
 N_VARIED, N_LEG = 13, 16
 # The same rows, of a leg that does not go by the clock.
 PLACE_X, PLACE_Y, AGE = LEG_DX, LEG_DY, LEG_TURN
-# What is known of a leg that was put down before the start: that the body has moved evenly since, as the start says;
-# that of its own; or that it is up.
-EVEN, OWN, UP = 0.0, 1.0, -1.0
+# What is known of a leg that is not put down at the start by its offset: that it was put down before, and the body has
+# moved evenly since, as the start says; the same, with a memory of its own; that it is up; that it is put down as well.
+EVEN, OWN, UP, NOW = 0.0, 1.0, -1.0, 2.0
 # What makes a leg touch down; from 1 on: the lift-off of the leg with this number, counted from 1.
 CLOCK, GROUND = 0, -1
 # Rows of a state; a body whose yaw is held has the first four only.

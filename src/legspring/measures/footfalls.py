@@ -26,8 +26,8 @@ def phase_lag(run: Flow) -> Floats:
 
 def touchdowns(run: Flow) -> Floats:
     """Time of each leg's first touch-down in a recorded stride, s: ``(L,)``, nan for a leg that is not put down."""
-    # Legs of offset 0 are put down as the stride begins, which is no event of it.
-    first, events = np.where(run.system.offset == 0.0, 0.0, math.nan), run.events
+    # What is put down as the stride begins is no event of it.
+    first, events = np.where(run.system.lands, 0.0, math.nan), run.events
     for time, leg, lifts in zip(events.time, events.leg, events.lifts, strict=True):
         if not lifts and math.isnan(first[leg]):
             first[leg] = time
