@@ -4,8 +4,7 @@ python3 dev.py test [PYTEST ARGUMENTS]    all checks: ruff, mypy, pytest
 python3 dev.py run ARGUMENTS              the command legspring
 python3 dev.py docs [--quick]             the documentation, in docs/_build/html; --quick leaves out what takes long
 python3 dev.py bench [ARGUMENTS]          the benchmarks
-python3 dev.py fuzz [--examples N] [--animals N]
-                                          random input, 10000 examples by default, and 300 animals; then signals and kills
+python3 dev.py fuzz [--examples N] [--animals N]   random input, 10000 examples by default; 300 random animals; signals
 python3 dev.py smoke                      installation and first steps with all Pythons there are
 """
 

@@ -54,6 +54,7 @@ class Invalid(StrEnum):
     OLD_LEGS = "the legs down at the start are not those that the step before leaves down"
     DEPARTS = "the motion does not repeat itself"
     NOT_ISOLATED = "nothing fixes it: it is one of many, as close together as one likes"
+    NO_ANIMAL = "no animal has what is free as it would have to be"
     UNCONFIRMED = "it is no solution when looked at more closely"
 
 

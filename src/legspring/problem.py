@@ -47,9 +47,13 @@ NARROW = {"speed": (0.6, 1.4), "yaw": (-0.2, 0.2), "yaw_rate": (-0.4, 0.4)}
 """The same where phases are tuned to a given progress."""
 SLACK = 0.15
 """Allowance on the cosine of the phase for what a force does in the ignored window."""
+STRAIGHT = 1e-12
+"""By how much, in units of v_des t_des, the step before may differ from the desired one, and count as that."""
 TIED = ("slope", "slope_deg", "desired_speed")
 """What others depend on by the animal's laws, which are no straight lines."""
 NOTHING: Mapping[str, float | str] = MappingProxyType({})
+POSITIVE = ("stiffness", "length", "mass", "inertia", "gravity", "step_duration", "stance")
+"""What cannot be negative, or nought."""
 TARGETS = {
     "speed": "m/s, at the start of a step",
     "mean_speed": "m/s",
@@ -240,8 +244,7 @@ class GaitProblem:
     def task(self) -> Task:
         """The conditions in the form in which they are solved."""
         along = np.array([self.direction(name) for name in self.unknowns]) * self.units[:, None]
-        ranges = [(SLOWEST, FASTEST) if name == "speed" else (-math.inf, math.inf) for name in self.unknowns]
-        low, high = np.array(ranges).T
+        low, high = np.array([self._range(name) for name in self.unknowns]).T
         count = len(self.conditions)
         at_end, at_start = np.zeros((count, self.seen)), np.zeros((count, len(self.system.values)))
         given, turns = np.zeros(count), np.zeros(count)
@@ -257,6 +260,13 @@ class GaitProblem:
         # come back from there.
         rows, columns = (np.flatnonzero(np.any(matrix != 0.0, axis=0)) for matrix in (at_end, at_start))
         return Task(along, low.copy(), high.copy(), at_end, at_start, rows, columns, given, turns, "Dy" in self.pins)
+
+    def _range(self, name: str) -> tuple[float, float]:
+        """Return the range that an unknown must not leave, in its unit."""
+        if name == "speed":
+            return SLOWEST, FASTEST
+        quantity = name.rpartition(".")[2]
+        return (0.0 if quantity in POSITIVE else -math.inf), math.inf
 
     @cached_property
     def seen(self) -> int:
@@ -423,14 +433,23 @@ class GaitProblem:
         """Units of the unknowns, ``(size,)``, in SI units."""
         return np.array([self.unit(name) for name in self.unknowns])
 
-    def gait(self, z: Floats, residual: float = math.nan) -> Gait:
-        """Return unknowns in the form of a gait, whether they are one or not."""
+    def gait(self, z: Floats, residual: float = math.nan, animal: Animal | None = None) -> Gait:
+        """Return unknowns in the form of a gait, whether they are one or not; of a given animal, or the one found.
+
+        Raises
+        ------
+        ModelError
+            If what is free has values that no animal has.
+        """
         system, p = self.system, self.points(z)[0]
-        animal = system.animal
+        found = animal is None
+        animal = system.animal if animal is None else animal
         changed = {name: float(p[self.places[name]]) for name in self.free if not name.endswith(".phase")}
-        if changed:
-            animal = animal.replace(**changed)
-        even = system.contacts is None and not np.array_equal(p[2:4], system.values[2:4])
+        if changed and found:
+            turned = {name: math.remainder(value, 2.0 * math.pi) for name, value in changed.items() if "angle" in name}
+            animal = animal.replace(**changed | turned)
+        straight = np.allclose(p[2:4], system.values[2:4], rtol=0.0, atol=STRAIGHT * system.step_length)
+        even = system.contacts is None and not straight
         return Gait(
             animal=animal,
             slope=system.slope,

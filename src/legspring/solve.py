@@ -28,7 +28,7 @@ from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
 from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, TIGHT, slope_for
-from legspring.model import Animal
+from legspring.model import Animal, ModelError
 from legspring.problem import GaitProblem, checked_targets, problem_for
 from legspring.progress import progress_bar
 
@@ -254,9 +254,13 @@ def sort(problem: GaitProblem, zeros: Floats) -> tuple[list[Gait], list[Rejectio
     rejections: list[Rejection] = []
     met = np.zeros((0, problem.size))
     for z in zeros:
-        solution = refined(problem, z)
+        try:
+            solution, rough = refined(problem, z), problem.gait(z)
+        except ModelError as error:
+            rejections.append(Rejection(Invalid.NO_ANIMAL, str(error), problem.gait(z, animal=problem.system.animal)))
+            continue
         if solution is None:
-            rejections.append(Rejection(Invalid.UNCONFIRMED, f"accuracy {TIGHT:g}", problem.gait(z)))
+            rejections.append(Rejection(Invalid.UNCONFIRMED, f"accuracy {TIGHT:g}", rough))
             continue
         fine = problem.z_of(solution)
         if is_among(problem, fine, met):
@@ -361,7 +365,9 @@ def same_gait(one: Gait, other: Gait) -> bool:
     system = one.system
     if abs(one.speed - other.speed) > SAME * system.desired_speed:
         return False
-    turned = [one.heading - other.heading, one.yaw - other.yaw, *np.subtract(one.phase, other.phase)]
+    # Where all directions are alike, a gait is the same in another one.
+    yaw = 0.0 if system.isotropic else one.yaw - other.yaw
+    turned = [one.heading - other.heading, yaw, *np.subtract(one.phase, other.phase)]
     if max(abs(math.remainder(angle, 2.0 * math.pi)) for angle in turned) > SAME:
         return False
     return abs(one.yaw_rate - other.yaw_rate) * system.step_duration < SAME and math.isclose(

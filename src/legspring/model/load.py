@@ -49,8 +49,8 @@ def load_animal(name_or_path: str | PathLike[str]) -> Animal:
 
     A file either describes an animal in full, with the fields of `Animal` and a table ``[[legs]]`` for
     each leg, as the presets do; or it names a preset or another file in ``like``, its path as seen from
-    this one, and then gives any changes that `Animal.replace` takes. Units are SI, angles radians;
-    ``angle_deg`` is in degrees.
+    this one, and then gives any changes that `Animal.replace` takes, and legs that it is ``without``, as in
+    ``without = ["FL"]``. Units are SI, angles radians; ``angle_deg`` is in degrees.
 
     Parameters
     ----------
@@ -88,6 +88,7 @@ def _read(path: Path, before: tuple[Path, ...]) -> Animal:
     # The path in words, whatever bytes the system has in its name.
     words, stem = (text.encode("utf-8", "backslashreplace").decode() for text in (str(path), path.stem))
     make: Callable[..., Animal] = Animal
+    gone: list[str] = []
     fields = {"name": stem[:LONGEST_LABEL]} | _fields(path, words)
     if "like" in fields:
         like, here = fields.pop("like"), path.resolve()
@@ -97,10 +98,19 @@ def _read(path: Path, before: tuple[Path, ...]) -> Animal:
         if other.resolve() in (*before, here):
             raise ModelError(f"{words}: like = {shown(like)}: must be a file that is not like this one")
         make = _read(other, (*before, here)).replace
+        gone = _legs_gone(fields.pop("without", []), words)
     try:
-        return make(**fields)
+        animal = make(**fields)
+        return animal.without(*gone) if gone else animal
     except ValueError as error:
         raise ModelError(f"{words}: {error}") from None
+
+
+def _legs_gone(without: Any, words: str) -> list[str]:
+    """Return the legs that an animal is without, if that is what they are."""
+    if not isinstance(without, list) or not all(isinstance(leg, str) for leg in without):
+        raise ModelError(f"{words}: without = {shown(without)}: must be a list of names of legs, or of pairs")
+    return without
 
 
 def _fields(path: Path, words: str) -> dict[str, Any]:
