@@ -109,7 +109,8 @@ def test_exact_derivatives_along_every_parameter(preset: str) -> None:
         h = 8e-6 if side else 2e-5 if preset in FASTER else 1e-4
         expected = difference(partial(end, name), scale * h, side) * scale / units
         exact = found[:, column] * scale / units
-        tolerance = 1e-8 * max(1.0, np.max(np.abs(expected)))
+        # What is extrapolated from one side is not as good.
+        tolerance = (3e-8 if side else 1e-8) * max(1.0, np.max(np.abs(expected)))
         np.testing.assert_allclose(exact, expected, rtol=0, atol=tolerance, err_msg=f"{preset}: {name}")
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,19 @@ class Invalid(StrEnum):
     UNCONFIRMED = "it is no solution when looked at more closely"
 
 
+class Origin(Protocol):
+    """What a gait is a solution of."""
+
+    def rates(self, gait: "Gait", names: Sequence[str]) -> Floats:
+        """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``."""
+
+    def moved(self, gait: "Gait", name: str, amount: float) -> "Gait | None":
+        """Return the gait where a parameter has changed by so much; None if it is not found."""
+
+    def lasts(self, gait: "Gait", name: str, amount: float) -> bool:
+        """Whether there is such an animal, and it keeps what this one keeps."""
+
+
 @dataclass(frozen=True, repr=False)
 class Gait:
     """A periodic way of running: steps are all alike, or each mirrors the one before.
@@ -94,6 +107,8 @@ class Gait:
         None where the step before says it.
     symmetric
         Whether steps mirror one another, if the animal is such that they may.
+    origin
+        What it is a solution of; None for one that nobody has searched for.
     drift
         Largest change of the unknowns (speed in units of v_des, phases in rad) from an integration at an accuracy of
         1e-10 to one at 1e-12.
@@ -120,6 +135,7 @@ class Gait:
     contacts: tuple[str, ...] | None = None
     remembered: tuple[float, ...] = ()
     symmetric: bool = True
+    origin: Origin | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
         """Say in a line which gait this is."""
@@ -236,7 +252,8 @@ class Gait:
             if peak_magnitude(run, leg) < IDLE:
                 return Invalid.IDLE, name
         for leg, old in enumerate(self.animal.legs):
-            left_down = self._stances[leg, 0] > (2.0 - old.offset) * self.system.step_duration
+            alike = self.first_legs[self.system.pair[leg]] if self.system.mirrored else leg
+            left_down = self._stances[alike, 0] > (2.0 - old.offset) * self.system.step_duration
             if old.touchdown == "clock" and old.offset > 0.0 and left_down != bool(run.down_at_start[leg]):
                 return Invalid.OLD_LEGS, old.name
         largest = float(np.max(np.abs(self.multipliers)))
@@ -451,6 +468,42 @@ class Gait:
         from legspring.simulation import turning
 
         return turning(self.stride)
+
+    def sensitivity(self, *parameters: str) -> "xr.Dataset":
+        """Return how the gait, its multipliers and its measures change with some parameters.
+
+        See :ref:`numerics-sensitivity`.
+
+        Parameters
+        ----------
+        *parameters
+            Names, as in ``"slope_deg"``, ``"F.stiffness"`` or ``"mass"`` (see `legspring.parameters`), or of what the
+            gait was asked for, as ``"energy"``.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``parameter`` (with coordinates ``value`` and ``unit``): derivatives of the unknowns of the gait
+            (``speed``, ``heading``, ``phase``, ..., exact), of ``multipliers``, over multiplier and part (real and
+            imaginary), and of every measure that is one number, per unit of the parameter. What a gait does not have,
+            or does not have nearby, is missing, as are derivatives of multipliers that are double. Where a parameter
+            can only grow, or has a kink, derivatives are those of one side, which ``note`` says.
+
+        Raises
+        ------
+        ValueError
+            For a name that is none, or of something that the gait has found.
+
+        Examples
+        --------
+        >>> import legspring as ls
+        >>> gait = ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
+        >>> round(gait.sensitivity("slope_deg").speed.item(), 5)
+        -0.00172
+        """
+        from legspring.measures.sensitivity import sensitivity
+
+        return sensitivity(self, parameters)
 
     def recover(self, impulse: float) -> Recovery:
         """Push the gait sideways, or fore-aft in a side view, and see whether it comes back.

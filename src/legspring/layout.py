@@ -38,6 +38,8 @@ from legspring.model import Animal, Leg
 ACCURACY = 1e-10
 """Default relative accuracy of states."""
 TIGHT = 1e-12
+SAME_TIME = 1e-9
+"""Difference of offsets that is none."""
 LEVEL = 1e-10
 """Slope, rad, below which it is rounding: gravity does less in a step than can be told."""
 
@@ -337,7 +339,7 @@ class System:
         legs, offset = self.animal.legs, self.animal.legs[leg].offset
         if self.apart or legs[leg].touchdown != "clock":
             return (leg,)
-        alike = [i for i, one in enumerate(legs) if one.touchdown == "clock" and one.offset == offset]
+        alike = [i for i, one in enumerate(legs) if one.touchdown == "clock" and abs(one.offset - offset) < SAME_TIME]
         return tuple(i for i in alike if legs[i].name in (self.contacts or ())) or (leg,)
 
     @cached_property

@@ -21,7 +21,7 @@ from legspring.gait import Gait
 from legspring.kernel.many import N_FEW, N_SEEN
 from legspring.kernel.newton import Task
 from legspring.kernel.walker import Floats
-from legspring.layout import ACCURACY, BY_CLOCK, PLACES, START, System
+from legspring.layout import ACCURACY, BY_CLOCK, PLACES, START, TIGHT, System
 from legspring.model import Animal
 from legspring.returnmap import seen_at, signs
 
@@ -155,10 +155,11 @@ class GaitProblem:
 
     def _value(self, name: str) -> float:
         """Return what a coordinate of the start is given as; a target is that of a step."""
-        value = self._wanted(name)
+        value = self.wanted(name)
         return value * self.system.step_duration if name in PINNED else value
 
-    def _wanted(self, name: str) -> float:
+    def wanted(self, name: str) -> float:
+        """Return what is given, or asked for, as a number."""
         wanted = self.given[name]
         return float(self.system.values[PLACES[wanted]]) if isinstance(wanted, str) else wanted
 
@@ -279,13 +280,13 @@ class GaitProblem:
         if name in PINNED:
             along = "y" if self.system.flips else "distance"
             row[SEEN.index(along if name == "mean_speed" else "x")] = 1.0 / self.system.step_duration
-            row[SEEN.index("duration")] = -self._wanted(name) / self.system.step_duration
+            row[SEEN.index("duration")] = -self.wanted(name) / self.system.step_duration
         else:
             row[SEEN.index(name)] = 1.0
         return row
 
     def _goal(self, name: str) -> float:
-        return 0.0 if name in PINNED else self._wanted(name)
+        return 0.0 if name in PINNED else self.wanted(name)
 
     def points(self, z: Floats, base: Floats | None = None) -> Floats:
         """Return all parameters at some unknowns, ``(N, n)``; other parameters than the system's may be the base."""
@@ -340,6 +341,37 @@ class GaitProblem:
                 share = seen[:, SEEN.index("duration"), :1] / self.system.step_duration if name in PINNED else 1.0
                 by[:, self.conditions.index(name)] -= share * along[:, PLACES[wanted]] / self.unit(name)
         return values, by
+
+    def rates(self, z: Floats, names: Sequence[str]) -> Floats:
+        """Return how all parameters of a solution move with some of them, ``(D, n)``: the implicit function theorem.
+
+        Parameters
+        ----------
+        z
+            ``(size,)``: the solution.
+        names
+            Of parameters, or of what is given as a number; per SI unit.
+        """
+        p, named = self.points(z), np.array([self._way_to(name) for name in names])
+        ways = np.vstack([self.task.along, named])
+        seen = flows(self.system, p, steps=self.system.period, along=ways, everything=True, accuracy=TIGHT).seen
+        by = self.left(p, ways, seen)[1][0]
+        for column, name in enumerate(names, start=self.size):
+            if name in self.targets:
+                durations = seen[0, SEEN.index("duration"), 0] / self.system.step_duration
+                share = durations if name in PINNED else 1.0
+                by[self.conditions.index(name), column] -= share / self.unit(name)
+        rates: Floats = named - np.linalg.solve(by[:, : self.size], by[:, self.size :]).T @ self.task.along
+        return rates
+
+    def _way_to(self, name: str) -> Floats:
+        """Return the direction along which a parameter, or what is given, grows."""
+        if name not in self.given:
+            return self.direction(name)
+        if name not in self._pinned:
+            return np.zeros(len(self.system.values))
+        share = self.system.step_duration if name in PINNED else 1.0
+        return share * self.system.direction(self._pinned[name])
 
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.

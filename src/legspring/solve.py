@@ -27,7 +27,7 @@ from legspring.flow import NO_PUSH, IntegrationError, flow, flows
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
 from legspring.kernel.walker import OK, Floats
-from legspring.layout import ACCURACY, TIGHT, slope_for
+from legspring.layout import ACCURACY, TIGHT, System, slope_for
 from legspring.model import Animal, ModelError
 from legspring.problem import GaitProblem, checked_targets, problem_for
 from legspring.progress import progress_bar
@@ -68,6 +68,72 @@ ENDINGS = {
     newton.OUT_OF_STEPS: Ending.OUT_OF_STEPS,
     newton.BROKEN: Ending.BROKEN,
 }
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a gait is a solution of; and how it moves if something else is varied."""
+
+    problem: GaitProblem
+
+    def rates(self, gait: Gait, names: Sequence[str]) -> Floats:
+        """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``; exact."""
+        problem, gait = self._loosened(gait, names)
+        return problem.rates(problem.z_of(gait), names)
+
+    def moved(self, gait: Gait, name: str, amount: float) -> Gait | None:
+        """Return the gait where a parameter, or what was given, has changed by so much; None if it is not found."""
+        if not self.lasts(gait, name, amount):
+            return None
+        rates = self.rates(gait, [name])[0]
+        problem, gait = self._loosened(gait, [name])
+        given = dict(problem.given)
+        if name in given:
+            given[name] = float(problem.wanted(name)) + amount
+        other = replace(problem, system=self._changed(problem.system, name, amount), given=given)
+        z = (gait.point + amount * rates)[[other.places[one] for one in other.unknowns]] / other.units
+        return gait_near(other, z)
+
+    def lasts(self, gait: Gait, name: str, amount: float) -> bool:
+        """Whether there is such an animal, and it keeps what this one keeps: energy, for instance."""
+        problem, _ = self._loosened(gait, [name])
+        try:
+            return self._changed(problem.system, name, amount).conserved == problem.system.conserved
+        except ValueError:
+            return False
+
+    def _changed(self, system: System, name: str, amount: float) -> System:
+        """Return an animal on its slope of which a parameter has changed by so much."""
+        if name in self.problem.given:
+            return system
+        if name.startswith("slope"):
+            return replace(system, slope=system.slope + (math.radians(amount) if name == "slope_deg" else amount))
+        here = float(system.values[system.place_of(name)])
+        return replace(system, animal=system.animal.replace(**{name: here + amount}))
+
+    def _loosened(self, gait: Gait, names: Sequence[str]) -> tuple[GaitProblem, Gait]:
+        """Return problem and gait with the gait's own animal and, if offsets vary, each foot remembered for itself."""
+        animal, problem = gait.animal.replace(actuation=gait.actuation), self.problem
+        gait, system = replace(gait, animal=animal), replace(problem.system, animal=animal, actuation=None)
+        if any(name.endswith("offset") for name in names):
+            gait = remembering(gait)
+            system = replace(system, contacts=gait.contacts, apart=True)
+            gait = replace(gait, remembered=tuple(float(gait.point[system.place_of(name)]) for name in system.memory))
+        return replace(problem, system=system), gait
+
+
+def remembering(gait: Gait) -> Gait:
+    """Return a gait with what is remembered of each foot in place of the step before."""
+    if gait.contacts is not None:
+        return gait
+    legs, down = gait.animal.legs, gait.stride.down_at_start
+    old = tuple(leg.name for leg, is_down in zip(legs, down, strict=True) if is_down and leg.offset > 0.0)
+    system = replace(gait.system, contacts=old)
+    before = dict(zip(("Dx", "Dy", "turn"), gait.point[[2, 3, 6]], strict=True))
+    own = [name for name in system.memory if "." in name]
+    agos = {leg.name: 2.0 - leg.offset for leg in legs}
+    values = [agos[name.split(".")[0]] * float(before[name.split(".")[1]]) for name in own]
+    return replace(gait, contacts=old, remembered=tuple(values), displacement=None, turn=None)
 
 
 @dataclass(frozen=True)
@@ -236,7 +302,8 @@ def gait_near(problem: GaitProblem, z: Floats) -> Gait | None:
     if not np.all(np.isfinite(by)):
         return None
     isolation = float(np.linalg.svd(by, compute_uv=False)[-1])
-    return replace(problem.gait(found.z[0], float(found.residuals[0])), isolation=isolation)
+    gait = problem.gait(found.z[0], float(found.residuals[0]))
+    return replace(gait, isolation=isolation, origin=Origin(problem))
 
 
 def refined(problem: GaitProblem, z: Floats) -> Gait | None:

@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
 from legspring import Gait
 
 from .animals import START, before_of, walker_of
-from .heyoka_rules import Before, Moved, Stood, Walk, Walker, simulate
+from .heyoka_rules import Before, Law, Moved, Stood, Walk, Walker, simulate
 from .problem import Array
 
 EXPECTED = 1e-8
 """Departure after a period that a residual of 1e-12 and the accuracy of both integrators may leave."""
+
+
+@cache
+def written(text: str) -> Law:
+    """Return a length law from its formula."""
+    code = compile(text, "<length law>", "eval")
+
+    def law(m: Any, t: Any, l0: Any, ldev: Any, phi: Any) -> Any:
+        names = {name: getattr(m, name) for name in ("sin", "cos", "exp")}
+        return eval(code, {"__builtins__": {}, "pi": math.pi} | names, {"t": t, "l0": l0, "ldev": ldev, "phi": phi})
+
+    return law
 
 
 @dataclass(frozen=True)
@@ -39,7 +52,9 @@ class Period:
         phases = {leg.name: gait.phase[pair] for leg, pair in legs}
         start = dict(zip(START, gait.point.tolist(), strict=False))
         animal = gait.animal.replace(actuation=gait.actuation) if any(gait.actuation) else gait.animal
-        return walker_of(animal, gait.slope, gait.family, start, phases, before_of(gait) or self._even(start))
+        walker = walker_of(animal, gait.slope, gait.family, start, phases, before_of(gait) or self._even(start))
+        (text,) = {leg.length_law for leg in gait.animal.legs}
+        return walker if text is None else replace(walker, law=written(text))
 
     def _even(self, start: dict[str, float]) -> tuple[Before, ...]:
         """What a body that has moved evenly remembers of each foot put down before."""
@@ -56,7 +71,7 @@ class Period:
         instants: dict[float, list[int]] = {}
         for leg, known in enumerate(self.walker.before):
             if isinstance(known, Moved):
-                instants.setdefault(self.walker.offset[leg], []).append(leg)
+                instants.setdefault(round(self.walker.offset[leg], 9), []).append(leg)
             elif isinstance(known, Stood):
                 made_of = self.gait.animal.legs[leg]
                 found.append(Coordinate("x", (leg,)))
@@ -130,7 +145,10 @@ class Period:
             old = [leg.name for i, leg in enumerate(gait.animal.legs) if leg.offset > 0.0 and before[images[i]]]
             if set(old) != set(gait.contacts):
                 return math.inf
-        return float(np.max(np.abs(self.image(walk) - self.values()) / self.scales))
+        gap = self.image(walk) - self.values()
+        turns = np.array([one.name in ("heading", "yaw") for one in self.coordinates])
+        gap[turns] = np.remainder(gap[turns] + math.pi, 2.0 * math.pi) - math.pi
+        return float(np.max(np.abs(gap) / self.scales))
 
     def jacobian(self, step: float = 1e-5, levels: int = 3) -> Array:
         """Derivative of the map of a period, by extrapolated central differences, in units of the scales."""

@@ -55,6 +55,16 @@ def yaws(animal: "Animal") -> bool:
     return animal.body.yaw == "free"
 
 
+def from_the_side(animal: "Animal") -> bool:
+    """Say that maps of animals seen from the side have it."""
+    return animal.sagittal
+
+
+def from_above(animal: "Animal") -> bool:
+    """Say that maps of animals seen from above have it."""
+    return not animal.sagittal
+
+
 def nothing(_: Measurable) -> None:
     """Say that every gait has it."""
 
@@ -136,7 +146,13 @@ MEASURES = (
     Measure("heading", "rad", "initial heading", mapped=never),
     Measure("speed", "m/s", "initial speed of a step"),
     Measure("mean_speed", "m/s", "mean speed of progress"),
-    Measure("lateral_drift", "m/s", "mean speed sideways, of a step or, unmirrored, a stride", missing=_from_the_side),
+    Measure(
+        "lateral_drift",
+        "m/s",
+        "mean speed sideways, of a step or, unmirrored, a stride",
+        missing=_from_the_side,
+        mapped=from_above,
+    ),
     Measure("step_duration", "s", "duration of a step"),
     Measure("phase", "rad", "phase of the actuation", ("leg",)),
     Measure("actuation", "m", "magnitude of the actuation", ("leg",)),
@@ -189,7 +205,7 @@ MEASURES = (
     Measure("stride_length", "m", "progress of a stride"),
     Measure("froude_number", "1", "Froude number v^2 / (g L), L the mean force-free leg length"),
     Measure("energy", "J", "total energy at the start of a step"),
-    Measure("apex_height", "m", "largest height above the ground in flight", missing=_no_flight),
+    Measure("apex_height", "m", "largest height above the ground in flight", missing=_no_flight, mapped=from_the_side),
     Measure(
         "half_multipliers", "1", "multipliers of the step that mirrors itself, unsquared", ("multiplier",), mapped=never
     ),
