@@ -313,8 +313,8 @@ class _Walk:
         for other, (trigger, stay) in enumerate(self.walker.legs[:, 8:10]):
             if trigger == leg + 1:
                 self._happen(other, "touchdown")
-            aged = time - self.since[other] > _SETTLE
-            if by_event and self.down[other] and stay == 0.0 and aged and abs(self._stretch(other)) < _TOGETHER:
+            aged = time - self.since[other] > (IGNORED if trigger == 0.0 else _SETTLE)
+            if self.down[other] and stay == 0.0 and aged and abs(self._stretch(other)) < _TOGETHER:
                 self._happen(other, "liftoff")
 
 
