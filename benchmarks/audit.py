@@ -32,7 +32,7 @@ from legspring.progress import progress_bar
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, search_gaits, solve, sort
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
-Place = tuple[int, int]
+Place = tuple[int, ...]
 
 STARTS = 4000
 SEED = 20110301

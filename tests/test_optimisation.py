@@ -12,17 +12,8 @@ from legspring import Animal, Gait, cockroach, optimize, trade_off
 from legspring.actuated import GOAL, Actuated, Map
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
-from legspring.optimisation import (
-    TIE,
-    Method,
-    Optimum,
-    best_of,
-    front,
-    is_among,
-    rank,
-    scan,
-    spread_out,
-)
+from legspring.optimisation import front, is_among, rank, scan, spread_out
+from legspring.optimum import TIE, Method, Optimum, best_of
 from legspring.peterson2011.constraints import TABLE_3_1
 
 LEAST, MOST = TABLE_3_1.actuation

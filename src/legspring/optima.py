@@ -25,9 +25,7 @@ from legspring.optimisation import (
     FIRST_ITERATIONS,
     GAIN,
     METHODS,
-    TIE,
     End,
-    Method,
     approached,
     are_alike,
     as_good,
@@ -42,6 +40,7 @@ from legspring.optimisation import (
     ties,
     ties_of,
 )
+from legspring.optimum import TIE, Method
 from legspring.parallel import Processes, processes
 from legspring.progress import progress_bar
 from legspring.sweep import HEADINGS, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
@@ -176,7 +175,7 @@ def doubtful(cases: Cases, ends: dict[Key, list[End]]) -> list[Key]:
 def origins_of(cases: Cases, ends: dict[Key, list[End]], spot: Spot, goal: Goal) -> list[tuple[Case, Candidate]]:
     """Return the neighbours of a case that have an optimum, with it."""
     row, column, family = spot
-    around: list[Spot] = [(*near, family) for near in neighbours((row, column))]
+    around: list[Spot] = [(near[0], near[1], family) for near in neighbours((row, column))]
     return [(cases[near], ends[near, goal][0].candidate) for near in around if ends.get((near, goal))]
 
 
@@ -400,7 +399,7 @@ def optimal_atlas(
         pool = Pool(shared, memory, progress)
         known = {} if starts is None else known_optima(cases, starts)
         found = resolve_name(METHODS[method][1])(cases, known, seed, pool)
-    coords = coordinates(animal, slopes_deg, headings)
+    coords = coordinates(animal, {"slope_deg": slopes_deg, "heading": headings})
     coords["objective"] = ("objective", list(GOALS), {"long_name": "what is minimised"})
     coords["family"] = ("family", list(animal.families), BY_NAME["family"].attributes)
     dataset = empty_map(measures_of(animal), ("objective", "slope_deg", "heading", "family"), coords)

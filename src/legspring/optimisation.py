@@ -7,29 +7,30 @@ the minimum is often not unique. Other methods are looked up by their names (`ME
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
-from operator import attrgetter
+from dataclasses import fields
 from pkgutil import resolve_name
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from legspring.actuated import Map, pair_lengths
-from legspring.checks import LARGEST_SEED, checked_choice, checked_slope, checked_whole
+from legspring.actuated import Map
+from legspring.checks import LARGEST_SEED, checked_angle, checked_choice, checked_whole, shown
 from legspring.constraints import Constraints
+from legspring.direct import direct, is_programmable, tried, tried_front
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
+from legspring.layout import slope_for
 from legspring.model import Animal
 from legspring.objective import Candidate, Goal, Objective, Score
+from legspring.optimum import TIE, Method, Optimum, best_of
 from legspring.problem import NARROW
 from legspring.programme import ITERATIONS, LATEST_OF_ALL, Programme
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL
 
-Method = Literal["default", "nelder-mead"]
 METHODS: dict[Method, tuple[str, str]] = {
     "default": ("legspring.optimisation:search", "legspring.optima:search"),
     "nelder-mead": ("legspring.peterson2011.search:search", "legspring.peterson2011.search:search_map"),
@@ -59,8 +60,6 @@ APART = 0.35
 """Difference of phases between starts of polishing, rad."""
 ALIKE = 0.1
 """Difference of actuations, in units of nominal lengths, below which two candidates may be alike."""
-TIE = 1e-3
-"""Difference of objectives that does not count."""
 FIRST_ITERATIONS = 8
 """Iterations after which only the best of some searches goes on."""
 MOST_POINTS = 1000
@@ -87,38 +86,10 @@ class End(NamedTuple):
         return float(np.sum(self.score.actuation**2))
 
 
-@dataclass(frozen=True, repr=False)
-class Optimum(Gait):
-    """A gait whose actuation is the best there is.
-
-    Attributes
-    ----------
-    objective, map, method
-        What was minimised, the map whose eigenvalues count for stability, and how.
-    value, penalised
-        The objective without and with the penalties for constraints that are not kept.
-    ending
-        Why the search stopped.
-    active
-        The constraints that bind.
-    evaluations
-        How often the objective was evaluated.
-    """
-
-    objective: Goal = "stability"
-    map: Map = "complete"
-    method: Method = "default"
-    value: float = np.nan
-    penalised: float = np.nan
-    ending: str = ""
-    active: tuple[str, ...] = ()
-    evaluations: int = 0
-
-
 def optimize(
     animal: Animal,
     *,
-    heading: float,
+    heading: float | None = None,
     slope: float | None = None,
     slope_deg: float | None = None,
     family: str | None = None,
@@ -138,11 +109,12 @@ def optimize(
     Parameters
     ----------
     animal
-        The animal; its yaw must be held.
+        The animal; some of its legs must have an actuation.
     heading
-        rad, within +-1.47, as there must be a fixed point at a slightly larger one.
+        rad, within +-1.47, as there must be a fixed point at a slightly larger one; to be left out where gaits have
+        headings of their own.
     slope, slope_deg
-        Either of them; rad or degrees.
+        Either of them; rad or degrees (see `legspring.find_gaits`).
     family
         Which pairs of legs push; by default the best family, and among those as good the cheaper.
     objective
@@ -150,7 +122,9 @@ def optimize(
     map
         Whose eigenvalues: ``"complete"``, the Floquet multipliers, or ``"reduced"``, the thesis's.
     method
-        ``"default"``, or ``"nelder-mead"``: the thesis's method, started from the best gait of a coarse search.
+        ``"default"``, or ``"nelder-mead"``: the thesis's method, started from the best gait of a coarse search. The
+        default is a nonlinear programme for point masses on three pairs of legs as the thesis has them; other animals
+        are searched by trial (`legspring.direct`), which is slower.
     seed
         Of the actuations at which the search looks for gaits; the result must not depend on it.
     constraints
@@ -177,9 +151,18 @@ def optimize(
     >>> round(best.transport_cost, 4), best.method
     (0.7071, 'default')
     """
-    angle, seed = checked_slope(slope, slope_deg), checked_whole("seed", seed, 0, LARGEST_SEED)
+    angle, seed = slope_for(animal, slope, slope_deg), checked_whole("seed", seed, 0, LARGEST_SEED)
     checked_choice("method", method, METHODS)
     look = resolve_name(METHODS[method][0])
+    if not is_programmable(animal):
+        if method != "default":
+            raise ValueError(f"method = {shown(method)}: must be default for {animal.name!r}")
+        found = [
+            tried(direct(animal, angle, label, heading, objective, map, constraints), seed)
+            for label in (animal.families if family is None else [family])
+        ]
+        return best_of([optimum for optimum in found if optimum is not None])
+    heading = checked_angle("heading", heading, math.pi / 2)
     # Matrices are tiny: threads would only get in each other's way, and round differently.
     with threadpool_limits(1):
         found = [
@@ -234,7 +217,7 @@ def approached(objective: Objective, origin: Objective, candidate: Candidate) ->
 def trade_off(
     animal: Animal,
     *,
-    heading: float,
+    heading: float | None = None,
     family: str,
     slope: float | None = None,
     slope_deg: float | None = None,
@@ -263,24 +246,19 @@ def trade_off(
         As `optimize` does, and for too few points.
     """
     points = checked_whole("points", points, 2, MOST_POINTS)
-    angle = checked_slope(slope, slope_deg)
+    angle = slope_for(animal, slope, slope_deg)
     here: dict[str, Any] = {"heading": heading, "family": family, "slope": angle, "map": map, "seed": seed}
     best = [optimize(animal, **here, objective=goal, constraints=constraints) for goal in get_args(Goal)]
+    if not is_programmable(animal):
+        ends = [optimum for optimum in best if optimum is not None]
+        return tried_front(animal, angle, family, heading, map, constraints, ends, points) if len(ends) == 2 else []
+    heading = checked_angle("heading", heading, math.pi / 2)
     objective = Objective(animal, angle, heading, family, "efficiency", map, constraints=constraints)
     stable, cheap = ([objective.candidate(gait)] if gait is not None else [] for gait in best)
     if not stable or not cheap:
         return []
     gaits = (objective.gait(score) for score in front(objective, stable[0], cheap[0], points))
     return [gait for gait in gaits if gait is not None]
-
-
-def best_of(optima: Sequence[Optimum]) -> Optimum | None:
-    """Choose among families: the best; among those as good, the cheaper; among those as cheap, the less actuated."""
-    rest = list(optima)
-    for key in (attrgetter("penalised"), attrgetter("transport_cost")):
-        least = min(map(key, rest), default=0.0)
-        rest = [optimum for optimum in rest if key(optimum) <= least + TIE]
-    return min(rest, key=lambda o: float(np.sum((o.actuation / pair_lengths(o.animal)) ** 2)), default=None)
 
 
 def scan(objective: Objective, seed: int = 0, nodes: int = NODES) -> list[Candidate]:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from legspring.gait import Gait
     from legspring.model import Animal
-    from legspring.optimisation import Optimum
+    from legspring.optimum import Optimum
     from legspring.solve import Search
     from legspring.varied import Parameter
 

@@ -1,46 +1,98 @@
-"""Gaits over a grid of slopes and headings, with all their measures, as an xarray.Dataset."""
+"""Gaits over a grid, of slopes and headings for instance, with all their measures, as an xarray.Dataset."""
 
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
+from itertools import product
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from legspring.checks import MOST_STARTS, checked_grid, checked_vector, checked_whole, checked_workers
+from legspring.checks import (
+    MOST_STARTS,
+    checked_grid,
+    checked_names,
+    checked_vector,
+    checked_whole,
+    checked_workers,
+    shown,
+)
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
+from legspring.layout import BODY, LEG, START, slope_for
 from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped, measured
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.parallel import in_threads
-from legspring.problem import GaitProblem, check_tuned, tuned
+from legspring.problem import TARGETS, GaitProblem, check_tuned, checked_targets
 from legspring.progress import progress_bar
-from legspring.solve import number_branches, sort, starts_for, zeros
+from legspring.solve import number_branches, problems_for, sort, starts_for, without_doubles, zeros
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
-STARTS = 4
-"""Starts for each family in each cell; neighbouring cells give more."""
+STARTS, MORE_STARTS = 4, 24
+"""Starts for each family in each cell, and those where nothing is known of where gaits lie; neighbours give more."""
+
+
+Place = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """What gaits are looked for at each place of a grid.
+
+    Attributes
+    ----------
+    animal
+        The animal.
+    over
+        What varies, with its values, rising: ``slope_deg``, what gaits are asked for, or parameters of the animal.
+    asked
+        What is the same everywhere: slope_deg, targets, ``free`` and ``mirrored``, as in `search_gaits`.
+    """
+
+    animal: Animal
+    over: Mapping[str, tuple[float, ...]]
+    asked: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def places(self) -> list[Place]:
+        """All places, row by row."""
+        return list(product(*(range(len(values)) for values in self.over.values())))
+
+    def at(self, place: Place) -> tuple[Animal, dict[str, Any]]:
+        """Return the animal at a place, and what is asked for there."""
+        values = {name: self.over[name][n] for name, n in zip(self.over, place, strict=True)}
+        asked = {name: value for name, value in values.items() if name in ("slope_deg", *TARGETS)}
+        changed = {name: value for name, value in values.items() if name not in asked}
+        animal = self.animal.replace(**changed) if changed else self.animal
+        return animal, {**self.asked, **asked}
+
+    def problems(self, place: Place, family: str) -> list[GaitProblem]:
+        """Return the problems whose solutions are the gaits of one family at a place."""
+        animal, asked = self.at(place)
+        slope = slope_for(animal, None, asked.pop("slope_deg", None))
+        free, mirrored = asked.pop("free", ()), asked.pop("mirrored", None)
+        return problems_for(animal, slope, family, checked_targets(asked), free, None, mirrored)
 
 
 @dataclass
 class Cell:
-    """One family at one point of the grid, while the search goes on."""
+    """One problem at one point of the grid, while the search goes on."""
 
-    place: tuple[int, int]
+    place: Place
     problem: GaitProblem
     zeros: Floats
     fresh: Floats
 
     @classmethod
-    def empty(cls, place: tuple[int, int], problem: GaitProblem) -> "Cell":
+    def empty(cls, place: Place, problem: GaitProblem) -> "Cell":
         """Return a cell of which nothing is known yet."""
         nothing = np.zeros((0, problem.size))
         return cls(place, problem, nothing, nothing)
@@ -53,13 +105,13 @@ class Cell:
         return steps
 
 
-def neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
+def neighbours(place: Place) -> list[Place]:
     """Return the places around one, some of which may be off the grid."""
-    row, column = place
-    return [(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]
+    ways = [(axis, step) for axis in range(len(place)) for step in (-1, 1)]
+    return [(*place[:axis], place[axis] + step, *place[axis + 1 :]) for axis, step in ways]
 
 
-def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
+def _spread(cells: dict[Place, Cell], workers: int) -> int:
     """Continue solutions from cell to cell until nothing new turns up; return the number of steps simulated."""
     steps = 0
     while True:
@@ -76,6 +128,38 @@ def _spread(cells: dict[tuple[int, int], Cell], workers: int) -> int:
         steps += sum(in_threads(lambda task: task[0].search(task[1]), tasks, workers))
 
 
+def find_on(
+    grid: Grid, *, starts: int = STARTS, workers: int | None = None, progress: bool = False
+) -> tuple[dict[Place, tuple[Gait, ...]], dict[str, int]]:
+    """Find the gaits on a grid, by searching in every cell and continuing what is found to the neighbours.
+
+    Returns
+    -------
+    gaits, effort
+        Gaits by place, numbered; and counts of starts, steps simulated and rejections.
+    """
+    workers = checked_workers(workers)
+    effort = {"starts": 0, "steps": 0, "solutions rejected": 0}
+    found: dict[Place, list[Gait]] = {place: [] for place in grid.places}
+    problems = {family: {place: grid.problems(place, family) for place in found} for family in grid.animal.families}
+    total = 2 * sum(len(some) for each in problems.values() for some in each.values())
+    with progress_bar("searching for gaits", total, show=progress) as tick:
+        for each in problems.values():
+            of_family: dict[Place, list[Gait]] = {place: [] for place in found}
+            for number in range(len(next(iter(each.values())))):
+                cells = {place: Cell.empty(place, some[number]) for place, some in each.items()}
+                effort["starts"] += starts * len(cells)
+                points = in_threads(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
+                effort["steps"] += sum(points) + _spread(cells, workers)
+                sorted_out = in_threads(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick)
+                for cell, (gaits, rejections) in zip(cells.values(), sorted_out, strict=True):
+                    of_family[cell.place] += gaits
+                    effort["solutions rejected"] += len(rejections)
+            for place, gaits in of_family.items():
+                found[place] += without_doubles(gaits, each[place]) if len(each[place]) > 1 else gaits
+    return {place: number_branches(gaits) for place, gaits in found.items()}, effort
+
+
 def find_all(
     animal: Animal,
     slopes_deg: Sequence[float],
@@ -84,65 +168,94 @@ def find_all(
     starts: int = STARTS,
     workers: int | None = None,
     progress: bool = False,
-) -> tuple[dict[tuple[int, int], tuple[Gait, ...]], dict[str, int]]:
-    """Find the gaits on a grid, by searching in every cell and continuing what is found to the neighbours.
+) -> tuple[dict[Place, tuple[Gait, ...]], dict[str, int]]:
+    """Find the gaits over slopes and headings (see `find_on`)."""
+    check_tuned(animal, "for a map over slope and heading")
+    grid = Grid(animal, {"slope_deg": tuple(slopes_deg), "heading": tuple(headings)})
+    return find_on(grid, starts=starts, workers=workers, progress=progress)
 
-    Returns
-    -------
-    gaits, effort
-        Gaits by (slope index, heading index), numbered; and counts of starts, steps simulated and rejections.
+
+def grid_of(
+    animal: Animal,
+    over: Mapping[str, Sequence[float]] | None,
+    slopes_deg: Sequence[float] | None,
+    headings: Sequence[float] | None,
+    asked: Mapping[str, Any],
+) -> Grid:
+    """Return the grid that a map is over, checked.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
     """
-    workers = checked_workers(workers)
-    places = [(row, column) for row in range(len(slopes_deg)) for column in range(len(headings))]
-    effort = {"starts": 0, "steps": 0, "solutions rejected": 0}
-    found: dict[tuple[int, int], list[Gait]] = {place: [] for place in places}
-    total = 2 * len(places) * len(animal.families)
-    with progress_bar("searching for gaits", total, show=progress) as tick:
+    wanted = {name: value for name, value in asked.items() if value is not None and value != ()}
+    if over is None:
+        check_tuned(animal, "for a map over slope and heading; other maps take over={'slope_deg': [...], ...}")
+        over = {
+            "slope_deg": SLOPES_DEG if slopes_deg is None else slopes_deg,
+            "heading": HEADINGS if headings is None else headings,
+        }
+    elif slopes_deg is not None or headings is not None:
+        raise ValueError("over: must be left out where slopes_deg or headings are given")
+    if not isinstance(over, Mapping) or not over:
+        raise ValueError(f"over = {shown(over)}: must map parameters to values, as in {{'slope_deg': [0, 10]}}")
+    limits, words = {"slope_deg": 90.0, "heading": math.pi / 2}, {"slope_deg": "slopes_deg", "heading": "headings"}
+    axes = {
+        name: checked_grid(words.get(name, f"over[{shown(name)}]"), values, limits.get(name, math.inf))
+        for name, values in over.items()
+    }
+    if both := [name for name in axes if name in wanted]:
+        raise ValueError(f"{both[0]} = {shown(wanted[both[0]])}: must be left out, as it varies")
+    grid = Grid(animal, axes, wanted)
+    for ends in {tuple(0 for _ in axes), tuple(len(values) - 1 for values in axes.values())}:
         for family in animal.families:
-            cells = {
-                (row, column): Cell.empty(
-                    (row, column), tuned(animal, math.radians(slopes_deg[row]), headings[column], family)
-                )
-                for row, column in places
-            }
-            effort["starts"] += starts * len(cells)
-            points = in_threads(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
-            effort["steps"] += sum(points) + _spread(cells, workers)
-            for cell, (gaits, rejections) in zip(
-                cells.values(),
-                in_threads(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick),
-                strict=True,
-            ):
-                found[cell.place] += gaits
-                effort["solutions rejected"] += len(rejections)
-    return {place: number_branches(gaits) for place, gaits in found.items()}, effort
+            grid.problems(ends, family)
+    return grid
 
 
 def atlas(
     animal: Animal,
     *,
-    slopes_deg: Sequence[float] = SLOPES_DEG,
-    headings: Sequence[float] = HEADINGS,
+    slopes_deg: Sequence[float] | None = None,
+    headings: Sequence[float] | None = None,
+    over: Mapping[str, Sequence[float]] | None = None,
     actuation: ArrayLike | None = None,
+    slope_deg: float | None = None,
+    heading: float | None = None,
+    speed: float | None = None,
+    mean_speed: float | None = None,
+    energy: float | None = None,
+    apex_height: float | None = None,
+    lateral_drift: float | None = None,
+    free: Sequence[str] = (),
+    mirrored: bool | None = None,
     impulses: Sequence[float] = IMPULSES,
-    starts: int = STARTS,
+    starts: int | None = None,
     workers: int | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
-    """Map the gaits of an animal over slope and heading.
+    """Map the gaits of an animal over slope and heading, or over any parameters.
 
     Parameters
     ----------
     animal
         The animal.
     slopes_deg, headings
-        The grid, rising: degrees, rad; by default 0 to 90 deg and 0 to 0.45 rad.
+        The grid, rising: degrees, rad; by default, for an animal that is tuned to its desired speed, 0 to 90 deg and 0
+        to 0.45 rad.
+    over
+        Another grid: the values, rising, of ``slope_deg``, of targets such as ``energy``, or of parameters of the
+        animal (see `legspring.parameters`), as in ``{"slope_deg": [0, 10], "F.stiffness": [1.0, 1.5]}``.
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
+    slope_deg, heading, speed, mean_speed, energy, apex_height, lateral_drift, free, mirrored
+        What gaits are asked for everywhere (see `search_gaits`).
     impulses
         Sideways impulses to recover from, in units of m v_des; none: no recovery.
     starts
-        Starts of the search for each family in each cell.
+        Starts of the search for each family (and set of contacts) in each cell; by default 4 for an animal that is
+        tuned to its desired speed, else 24.
     workers
         Threads; by default one a core.
     progress
@@ -151,46 +264,75 @@ def atlas(
     Returns
     -------
     xarray.Dataset
-        Over slope_deg, heading, branch, leg (pairs of legs), single_leg, axis and impulse; missing where there is no
-        gait. Its variables are those of ``legspring.measures.registry``.
+        Over slope_deg and heading, or what the grid is over, then branch, leg (pairs of legs), single_leg, axis and
+        impulse; missing where there is no gait, or no such measure, of which the attribute ``missing`` says why. Its
+        variables are those of ``legspring.measures.registry``.
 
     Raises
     ------
     ValueError
-        For a grid that does not rise, or a number out of range.
+        For a grid that does not rise, an unknown parameter, or a number out of range.
     """
-    slopes_deg = checked_grid("slopes_deg", slopes_deg, 90.0)
-    headings = checked_grid("headings", headings, math.pi / 2)
     impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0)
+    starts = (STARTS if animal.tuned else MORE_STARTS) if starts is None else starts
     starts, workers = checked_whole("starts", starts, 1, MOST_STARTS), checked_workers(workers)
     if actuation is not None:
         animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
-    check_tuned(animal, "for a map over slope and heading")
-    found, effort = find_all(animal, slopes_deg, headings, starts=starts, workers=workers, progress=progress)
+    asked = {"slope_deg": slope_deg, "heading": heading, "speed": speed, "mean_speed": mean_speed, "energy": energy}
+    asked |= {"apex_height": apex_height, "lateral_drift": lateral_drift, "mirrored": mirrored}
+    grid = grid_of(animal, over, slopes_deg, headings, asked | {"free": checked_names("free", free)})
+    found, effort = find_on(grid, starts=starts, workers=workers, progress=progress)
     gaits = [((*place, gait.branch), gait) for place, here in found.items() for gait in here]
 
     def values_of(gait: Gait) -> dict[str, Any]:
-        return measured(mapped(animal), gait) | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
+        values = measured(mapped(animal), gait)
+        if animal.conservative:
+            return values | {one.name: np.full(len(impulses), math.nan) for one in OF_RECOVERIES}
+        return values | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
 
     with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
         all_values = in_threads(lambda item: values_of(item[1]), gaits, workers, tick)
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
-    coords = coordinates(animal, slopes_deg, headings)
+    coords = coordinates(animal, grid.over)
     coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
     coords["impulse"] = ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"})
-    dataset = empty_map((*mapped(animal), *OF_RECOVERIES), ("slope_deg", "heading", "branch"), coords)
+    dataset = empty_map((*mapped(animal), *OF_RECOVERIES), (*grid.over, "branch"), coords)
     fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
-    return dataset.assign_attrs(provenance(animal, effort))
+    say_what_is_missing(dataset, [gait for _, gait in gaits])
+    for one in OF_RECOVERIES if animal.conservative else ():
+        dataset[one.name].attrs["missing"] = "the animal keeps its energy, and what a push gives it"
+    return dataset.assign_attrs(provenance(animal, effort, list(grid.over)))
 
 
-def coordinates(animal: Animal, slopes_deg: Sequence[float], headings: Sequence[float]) -> dict[str, tuple[Any, ...]]:
-    """Return the coordinates that all maps have."""
+def say_what_is_missing(dataset: xr.Dataset, gaits: Sequence[Gait]) -> None:
+    """Write into the variables' attributes why gaits do not have them."""
+    reasons: dict[str, set[str]] = {}
+    for gait in gaits:
+        for name, reason in gait.missing.items():
+            reasons.setdefault(name, set()).add(reason)
+    for name, some in reasons.items():
+        if name in dataset:
+            dataset[name].attrs["missing"] = "; ".join(sorted(some))
+
+
+def about(name: str) -> dict[str, str]:
+    """Return unit and words of what a map is over."""
+    if name in BY_NAME:
+        return BY_NAME[name].attributes
+    quantity = name.rpartition(".")[2]
+    unit, words = (START | BODY | LEG)[quantity]
+    owner = name.rpartition(".")[0]
+    return {"units": unit, "long_name": f"{words} ({owner})" if owner else words}
+
+
+def coordinates(animal: Animal, over: Mapping[str, Sequence[float]]) -> dict[str, tuple[Any, ...]]:
+    """Return the coordinates that all maps have, and those that this one is over."""
+    axes = ["horizontal", "vertical"] if animal.sagittal else ["lateral", "fore_aft"]
     return {
-        "slope_deg": ("slope_deg", list(slopes_deg), BY_NAME["slope_deg"].attributes),
-        "heading": ("heading", list(headings), BY_NAME["heading"].attributes),
+        **{name: (name, list(values), about(name)) for name, values in over.items()},
         "leg": ("leg", list(animal.pairs), {"long_name": "pair of legs"}),
         "single_leg": ("single_leg", [leg.name for leg in animal.legs], {"long_name": "leg"}),
-        "axis": ("axis", ["lateral", "fore_aft"], {"long_name": "direction of a force"}),
+        "axis": ("axis", axes, {"long_name": "direction of a force"}),
     }
 
 
@@ -225,10 +367,13 @@ def fill(dataset: xr.Dataset, known: Iterable[tuple[tuple[int, ...], Mapping[str
             array[place] = values[name]
 
 
-def provenance(animal: Animal, effort: dict[str, int]) -> dict[str, Any]:
+def provenance(
+    animal: Animal, effort: dict[str, int], over: Sequence[str] = ("slope_deg", "heading")
+) -> dict[str, Any]:
     """Say what a map shows and where it comes from: the attributes of its dataset."""
+    words = " and ".join({"slope_deg": "slope"}.get(name, name) for name in over)
     return {
-        "title": f"Gaits of {animal.name} over slope and heading",
+        "title": f"Gaits of {animal.name} over {words}",
         "animal": animal.name,
         "parameters": json.dumps(animal.model_dump(mode="json")),
         "source": f"legspring {version('legspring')}",

@@ -11,16 +11,25 @@ import legspring
 from legspring.cli.options import (
     Actuation,
     AnimalName,
+    ApexHeight,
+    Asymmetric,
+    Energy,
     Family,
     FigureFile,
+    Free,
     Heading,
     Json,
+    LateralDrift,
+    MeanSpeed,
     Slope,
+    Speed,
     check_figure,
     check_slope,
     integer,
     parse_grid,
+    parse_names,
     parse_numbers,
+    parse_over,
 )
 from legspring.cli.outputs import atlas_figures, draws, save, save_dataset
 from legspring.cli.program import NO_GAIT, app, fail, patience
@@ -34,24 +43,54 @@ def atlas(
     out: Annotated[
         Path, typer.Option(metavar="FILE", help="The file to write: .nc (netCDF) or .mat (MATLAB).", show_default=False)
     ],
-    slopes: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Slopes in degrees.")] = "0:90:5",
-    headings: Annotated[str, typer.Option(metavar="START:STOP:STEP", help="Headings in radians.")] = "0:0.45:0.05",
+    slopes: Annotated[
+        str | None,
+        typer.Option(metavar="START:STOP:STEP", help="Slopes in degrees; by default 0:90:5.", show_default=False),
+    ] = None,
+    headings: Annotated[
+        str | None,
+        typer.Option(
+            metavar="START:STOP:STEP", help="Headings in radians; by default 0:0.45:0.05.", show_default=False
+        ),
+    ] = None,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=START:STOP:STEP",
+            help="In place of slopes and headings, whatever varies: slope_deg, a target such as energy, or a parameter "
+            "such as F.stiffness; once for each.",
+            show_default=False,
+        ),
+    ] = None,
+    slope: Slope = None,
+    heading: Heading = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
     no_recovery: Annotated[bool, typer.Option("--no-recovery", help="Do not push every gait sideways.")] = False,
     actuation: Actuation = None,
     figures: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis into this directory.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis, or other maps, into this directory."),
     ] = None,
 ) -> None:
-    """Map the gaits over slope and heading into a file.
+    """Map the gaits over slope and heading, or over any parameters, into a file.
 
     Example: legspring atlas cockroach --out atlas.nc --figures maps
 
     Example: legspring atlas cockroach --out coarse.nc --slopes 0:90:15 --headings 0.05,0.15 --no-recovery
+
+    Example: legspring atlas walker --out walks.nc --over energy=805:825:5 --over T.stiffness=13000:15000:500
     """
     from legspring.files import check_output, make_directory
     from legspring.model import load_animal
 
-    slopes_deg, radians = parse_grid("--slopes", slopes), parse_grid("--headings", headings)
+    slopes_deg = None if slopes is None else parse_grid("--slopes", slopes)
+    radians = None if headings is None else parse_grid("--headings", headings)
     creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
     check_output(out, [".nc", ".mat"])
     if figures is not None:
@@ -62,6 +101,16 @@ def atlas(
         creature,
         slopes_deg=slopes_deg,
         headings=radians,
+        over=parse_over(over),
+        slope_deg=slope,
+        heading=heading,
+        speed=speed,
+        mean_speed=mean_speed,
+        energy=energy,
+        apex_height=apex_height,
+        lateral_drift=lateral_drift,
+        free=parse_names(free),
+        mirrored=False if asymmetric else None,
         actuation=magnitudes,
         impulses=() if no_recovery else sweep.IMPULSES,
         progress=sys.stderr.isatty(),

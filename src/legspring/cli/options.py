@@ -176,6 +176,26 @@ def parse_grid(name: str, text: str) -> tuple[float, ...]:
     raise ValueError(f"{name} = {shown(text)}: must be START:STOP:STEP, rising, or numbers separated by commas")
 
 
+def parse_names(text: str | None) -> tuple[str, ...]:
+    """Read names separated by commas."""
+    return () if text is None else tuple(name.strip() for name in text.split(","))
+
+
+def parse_over(texts: list[str] | None) -> dict[str, tuple[float, ...]] | None:
+    """Read what a map is over: NAME=START:STOP:STEP, or numbers separated by commas, once for each."""
+    if not texts:
+        return None
+    over: dict[str, tuple[float, ...]] = {}
+    for text in texts:
+        name, equals, values = text.partition("=")
+        if not equals or name in over:
+            from legspring.checks import shown
+
+            raise ValueError(f"--over = {shown(text)}: must be NAME=START:STOP:STEP, each name once")
+        over[name] = parse_grid(f"--over {name}", values)
+    return over
+
+
 def parse_phase(animal: "Animal", text: str) -> list[float]:
     """Read the phase of each pair of legs, in degrees."""
     degrees = parse_numbers("--phase", text) or ()

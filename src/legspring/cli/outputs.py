@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from legspring.model import Animal
 
 EXAMPLE_SLOPE, EXAMPLE_HEADING = 45.0, 0.15
+TELLING = ("mean_speed", "max_multiplier", "transport_cost")
 """Of the gaits that are drawn beside presets, deg and rad."""
 
 
@@ -68,7 +69,7 @@ def draws_preset(animal: "Animal") -> Callable[[Path], object]:
             from legspring.solve import search_gaits
 
         low, high = animal.speed_law.domain_deg
-        slope_deg = low if low == high else EXAMPLE_SLOPE
+        slope_deg = low if low == high else 0.0 if animal.sagittal else EXAMPLE_SLOPE
         found = search_gaits(animal, slope_deg=slope_deg, heading=EXAMPLE_HEADING if animal.tuned else None).gaits
         stable_first = sorted(found, key=lambda gait: abs(gait.multipliers[0]))
         draws("draw_animal", animal, stable_first[0] if found else None)(path)
@@ -78,8 +79,11 @@ def draws_preset(animal: "Animal") -> Callable[[Path], object]:
 
 
 def atlas_figures(maps: "xr.Dataset", directory: Path) -> Iterator[tuple[Path, Callable[[Path], object]]]:
-    """Yield the thesis's figures of an atlas, and what draws those that it gives, and says which it does not."""
-    from legspring.figures import save_figure
+    """Yield the thesis's figures of an atlas, and what draws those that it gives, and says which it does not.
+
+    Of a map over something else: its most telling measures.
+    """
+    from legspring.figures import draw_atlas, save_figure
     from legspring.peterson2011.figures import chapter4
 
     def write(draw: "Callable[[xr.Dataset], Figure]", path: Path) -> None:
@@ -91,6 +95,12 @@ def atlas_figures(maps: "xr.Dataset", directory: Path) -> Iterator[tuple[Path, C
             save_figure(drawn, path)
             print(path)
 
+    over = [str(dim) for dim in maps["family"].dims][:-1]
+    if over != ["slope_deg", "heading"]:
+        x, y = over[0], over[1] if len(over) > 1 else None
+        for name in TELLING:
+            yield directory / f"{name}.png", partial(write, partial(draw_atlas, name=name, x=x, y=y))
+        return
     for figure in chapter4.FIGURES:
         yield directory / f"{figure.stem}.png", partial(write, figure.draw)
 

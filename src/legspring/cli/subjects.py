@@ -5,7 +5,7 @@ import sys
 from typing import TYPE_CHECKING
 
 import legspring
-from legspring.cli.options import check_slope, parse_numbers, parse_phase
+from legspring.cli.options import check_slope, parse_names, parse_numbers, parse_phase
 from legspring.cli.program import NO_GAIT, fail, patience
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def search_at(
         heading=heading,
         family=family,
         actuation=magnitudes,
-        free=() if free is None else [name.strip() for name in free.split(",")],
+        free=parse_names(free),
         mirrored=False if asymmetric else None,
         progress=sys.stderr.isatty(),
         **targets,  # type: ignore[arg-type]  # of those names only

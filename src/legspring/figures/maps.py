@@ -38,7 +38,7 @@ def draw_atlas(
     name: str,
     *,
     x: str = "slope_deg",
-    y: str = "heading",
+    y: str | None = "heading",
     branch: int = 0,
     limits: Limits | None = None,
     families: bool = True,
@@ -53,7 +53,7 @@ def draw_atlas(
     name
         The variable; angles are drawn in degrees.
     x, y
-        Dimensions along the axes.
+        Dimensions along the axes; without y, the variable is drawn against x, for all branches.
     branch
         Which branch, where there are several.
     limits
@@ -74,10 +74,31 @@ def draw_atlas(
         For a variable, dimension or place that the atlas does not have.
     """
     figure = new_figure(COLUMN, 0.85 * COLUMN)
+    if y is None:
+        draw_points(figure.subplots(), dataset, name, x, limits, at)
+        return figure
     drawn = draw_map(figure.subplots(), dataset, name, x=x, y=y, limits=limits, families=families, branch=branch, **at)
     add_bar(figure, [drawn])
     add_legend(figure, [drawn])
     return figure
+
+
+def draw_points(
+    axes: Axes, dataset: xr.Dataset, name: str, x: str, limits: Limits | None, at: Mapping[str, Any]
+) -> None:
+    """Draw a variable against one dimension, a point for each gait; those that are stable are filled."""
+    grid, place = slice_at(dataset, name, x, "branch", dict(at))
+    values = in_degrees(grid[name]).transpose(x, "branch")
+    stable = (grid["max_multiplier"] < 1.0 + 1e-9).transpose(x, "branch").values
+    across = np.broadcast_to(grid[x].values[:, None], values.shape)
+    for which, words, face in ((stable, "stable", "C0"), (~stable, "unstable", "white")):
+        there = which & np.isfinite(values.values)
+        if there.any():
+            style: dict[str, Any] = {"linestyle": "none", "marker": "o", "color": "C0", "markerfacecolor": face}
+            axes.plot(across[there], values.values[there], label=words, **style)
+    axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(values.attrs, name), ylim=limits)
+    axes.set_title(place)
+    axes.legend(frameon=False)
 
 
 @styled

@@ -75,6 +75,8 @@ def note_on(gait: "Gait", name: str) -> str:
 
 def checked(gait: "Gait", name: str) -> str:
     """Return the name of something that a gait may depend on."""
+    if not isinstance(name, str):
+        raise ValueError(f"parameter = {shown(name)}: must be a name")
     given, free = asked_of(gait)
     if name in given:
         return name

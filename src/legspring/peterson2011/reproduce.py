@@ -24,7 +24,8 @@ from legspring.layout import System
 from legspring.model import Animal, cockroach
 from legspring.objective import Objective
 from legspring.optima import candidate_of, optimal_atlas, select
-from legspring.optimisation import Method, front
+from legspring.optimisation import front
+from legspring.optimum import Method
 from legspring.parallel import processes
 from legspring.peterson2011 import yawing
 from legspring.peterson2011.beyond import sections

@@ -9,7 +9,8 @@ from legspring.kernel.walker import Floats
 from legspring.measures.registry import measured
 from legspring.objective import Candidate, Goal, Objective
 from legspring.optima import GOALS, NODES, Case, Cases, Key, Pool, Spot, measures_of
-from legspring.optimisation import End, Optimum, finished, rank, scan
+from legspring.optimisation import End, finished, rank, scan
+from legspring.optimum import Optimum
 
 MATLAB = {"xatol": 1e-4, "fatol": 1e-4, "maxiter": 600, "maxfev": 600}
 """What MATLAB's fminsearch stops at by default, for three variables; actuations in m."""
