@@ -261,7 +261,7 @@ def test_what_json_cannot_hold() -> None:
 
 
 BAD = {
-    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': must be a preset (climbing_template, cockroach, ",
+    "gaits roach --slope 45 --heading 0.1": "no animal 'roach': must be a preset (centipede, climbing_template, ",
     "gaits nowhere.toml --slope 45 --heading 0.1": "nowhere.toml: No such file or directory",
     "gaits cockroach --slope steep --heading 0.1": "'--slope': 'steep': must be a finite number",
     "gaits cockroach --slope 100 --heading 0.1": "slope_deg = 100.0: must be a finite angle from -90 to 90",
@@ -447,7 +447,7 @@ def test_a_mistake_in_a_file_is_one_line(tmp_path: Path) -> None:
 def test_the_program_reports_errors_by_its_exit_status() -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM, "gaits", "roach", *HERE], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("legspring: no animal 'roach': must be a preset (climbing_template, cockroach, ")
+    assert done.stderr.startswith("legspring: no animal 'roach': must be a preset (centipede, climbing_template, ")
     assert done.stderr.endswith(" or a TOML file\n") and done.stderr.count("\n") == 1
 
 

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from legspring import Animal, Gait, cockroach, optimize, trade_off
+from legspring import Animal, Gait, cockroach, load_animal, optimize, trade_off
 from legspring.actuated import GOAL, Actuated, Map
+from legspring.direct import direct, is_programmable, tried
 from legspring.kernel.walker import Floats
 from legspring.objective import Goal, Objective
 from legspring.optimisation import front, is_among, rank, scan, spread_out
@@ -181,9 +182,45 @@ def test_wrong_arguments(roach: Animal, change: dict[str, Any], message: str) ->
         optimize(roach, **arguments)
 
 
-def test_bodies_that_yaw_are_refused(roach: Animal) -> None:
-    with pytest.raises(ValueError, match="yaw held"):
-        optimize(roach.replace(yaw="free", inertia=2.04e-7), slope_deg=45, heading=0.15)
+def test_what_the_programme_is_not_written_for(roach: Animal) -> None:
+    """It is tried instead, by the default method alone."""
+    assert is_programmable(roach)
+    for other in (
+        roach.replace(yaw="free", inertia=2.04e-7),
+        roach.replace(damping=1e-4),
+        roach.without("FL"),
+        roach.without("F"),
+        roach.replace(**{"F.phase": 0.1}),
+        roach.replace(**{"F.offset": 0.1}),
+    ):
+        assert not is_programmable(other)
+    with pytest.raises(ValueError, match="method = 'nelder-mead': must be default for"):
+        optimize(roach.without("F"), slope_deg=45, heading=0.15, method="nelder-mead")
+    with pytest.raises(ValueError, match="map = 'reduced': must be complete"):
+        optimize(load_animal("single_leg"), slope_deg=45, map="reduced")
+    with pytest.raises(ValueError, match="heading is missing"):
+        optimize(roach, slope_deg=45)
+
+
+def test_trials_find_what_the_programme_finds(roach: Animal) -> None:
+    """For the cockroach both are there: the trials are no better, and not much worse."""
+    place: dict[str, Any] = {"slope_deg": 45, "heading": 0.15, "family": "B"}
+    best = optimize(roach, **place)
+    objective = direct(roach, math.radians(45), "B", 0.15, "stability", "complete", "peterson2011")
+    trial = tried(objective, seed=0)
+    assert best is not None and trial is not None
+    assert best.penalised - 1e-3 < trial.penalised < best.penalised + 0.02
+    assert trial.invalid() is None and trial.value == pytest.approx(abs(trial.multipliers[0]))
+    # What the trials charge a gait for is what the programme charges it for.
+    own = objective.trial(best)
+    assert own.total == pytest.approx(best.penalised, abs=1e-6)
+
+
+def test_a_front_of_an_animal_with_speeds_of_its_own() -> None:
+    gaits = trade_off(load_animal("climbing_template"), family="P", points=4)
+    assert gaits
+    values = [(abs(gait.multipliers[0]), gait.transport_cost) for gait in gaits]
+    assert values == sorted(values) and [cost for _, cost in values] == sorted((c for _, c in values), reverse=True)
 
 
 @dataclass(frozen=True)

@@ -162,7 +162,7 @@ def optimize(
             for label in (animal.families if family is None else [family])
         ]
         return best_of([optimum for optimum in found if optimum is not None])
-    heading = checked_angle("heading", heading, math.pi / 2)
+    heading = heading_of(heading)
     # Matrices are tiny: threads would only get in each other's way, and round differently.
     with threadpool_limits(1):
         found = [
@@ -170,6 +170,13 @@ def optimize(
             for label in (animal.families if family is None else [family])
         ]
     return best_of([optimum for optimum in found if optimum is not None])
+
+
+def heading_of(heading: float | None) -> float:
+    """Return a heading; raise ValueError if it is missing, or none."""
+    if heading is None:
+        raise ValueError("heading is missing: must be an angle in rad, within +-pi/2")
+    return checked_angle("heading", heading, math.pi / 2)
 
 
 def search(objective: Objective, seed: int) -> Optimum | None:
@@ -252,7 +259,7 @@ def trade_off(
     if not is_programmable(animal):
         ends = [optimum for optimum in best if optimum is not None]
         return tried_front(animal, angle, family, heading, map, constraints, ends, points) if len(ends) == 2 else []
-    heading = checked_angle("heading", heading, math.pi / 2)
+    heading = heading_of(heading)
     objective = Objective(animal, angle, heading, family, "efficiency", map, constraints=constraints)
     stable, cheap = ([objective.candidate(gait)] if gait is not None else [] for gait in best)
     if not stable or not cheap:

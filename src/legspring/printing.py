@@ -38,7 +38,7 @@ def print_json(records: Sequence[Mapping[str, Any]]) -> None:
     print(f"[{lines}]")
 
 
-LEAST_MULTIPLIER, MOST_MULTIPLIERS = 5e-4, 4
+LEAST_MULTIPLIER, MOST_MULTIPLIERS = 5e-4, 3
 """Smallest multiplier, and how many of them, that a table shows."""
 WIDEST = 10_000
 """Characters of a table, which is as wide as what is in it."""
@@ -129,8 +129,7 @@ def tuned_columns(gait: "Gait") -> dict[str, str]:
 def own_columns(gait: "Gait") -> dict[str, str]:
     """Return the columns of a gait that has a heading of its own."""
     yaws = {"yaw\n(rad)": number(gait.yaw_amplitude, 3)} if gait.animal.body.yaw == "free" else {}
-    most = MOST_MULTIPLIERS - len(yaws)
-    largest = [f"{abs(value):.3f}" for value in gait.multipliers if abs(value) > LEAST_MULTIPLIER][:most]
+    largest = [f"{abs(value):.3f}" for value in gait.multipliers if abs(value) > LEAST_MULTIPLIER][:MOST_MULTIPLIERS]
     return {
         "heading\n(rad)": number(gait.heading),
         "speed\n(m/s)": number(gait.speed),

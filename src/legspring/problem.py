@@ -43,6 +43,8 @@ RANGES = {
 }
 """Where searches start, in units of v_des, t_des (where steps end at touch-downs: of the time for a leg's length), the
 longest leg and rad; an animal whose legs have no mirror images may go anywhere."""
+DOWNWARDS = (0.4 * math.pi, 1.6 * math.pi)
+"""Headings of a body that comes down to the ground, ahead or back, or a little upwards where a foot turns with it."""
 NARROW = {"speed": (0.6, 1.4), "yaw": (-0.2, 0.2), "yaw_rate": (-0.4, 0.4)}
 """The same where phases are tuned to a given progress."""
 SLACK = 0.15
@@ -396,7 +398,9 @@ class GaitProblem:
         """Return the range of each unknown in which gaits are looked for; None where there can be no gait."""
         animal, tuned = self.system.animal, "mean_speed" in self.given and self.system.animal.tuned
         ranges = dict(RANGES | NARROW if tuned else RANGES)
-        if animal.sagittal or not self.system.mirrored:
+        if animal.sagittal:
+            ranges["heading"] = DOWNWARDS
+        elif not self.system.mirrored:
             ranges["heading"] = (-math.pi, math.pi)
         ranges |= {f"{pair}.phase": (-math.pi, math.pi) for pair in animal.pairs}
         if self.free and tuned and "heading" in self.pins:

@@ -147,12 +147,7 @@ def optimize(
 
     check_figure(figure)
     creature = load_animal(animal)
-    with patience("loading"):
-        from legspring.problem import check_tuned
-    check_tuned(creature, "for its actuation to be optimised")
     check_slope(creature, slope)
-    if heading is None:
-        raise ValueError("heading is missing: must be an angle in rad, within +-pi/2")
     with patience("searching for the best actuation"):
         best = legspring.optimize(
             creature,
