@@ -23,11 +23,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from legspring.asking import tuned
 from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
 from legspring.kernel.walker import Floats
 from legspring.model import cockroach
-from legspring.problem import GaitProblem, tuned
+from legspring.problem import GaitProblem
 from legspring.progress import progress_bar
 from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, search_gaits, solve, sort
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all

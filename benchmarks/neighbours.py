@@ -7,12 +7,13 @@ from statistics import median
 import numpy as np
 
 from benchmarks.figures import Figure, together
+from legspring.asking import tuned
 from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
 from legspring.kernel.walker import Floats
 from legspring.layout import ACCURACY
 from legspring.model import cockroach
-from legspring.problem import GaitProblem, tuned
+from legspring.problem import GaitProblem
 from legspring.solve import GOAL, solve, sort, zeros
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 

@@ -8,8 +8,8 @@ import pytest
 
 import legspring as ls
 from legspring import Animal, Gait, load_animal
+from legspring.asking import problem_for
 from legspring.gait import Invalid
-from legspring.problem import problem_for
 
 PLACE: dict[str, Any] = {"slope_deg": 45, "heading": 0.15}
 

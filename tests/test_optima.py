@@ -12,11 +12,11 @@ import xarray as xr
 
 import legspring as ls
 from legspring import optima
+from legspring.asking import tuned
 from legspring.files import save_netcdf
 from legspring.measures.registry import BY_NAME
 from legspring.optima import optimal_atlas, select
 from legspring.optimum import TIE
-from legspring.problem import tuned
 from legspring.solve import refined
 from tests.made_up import DIMENSIONS, FAMILIES, made_up_optima
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from legspring import Animal, Gait, find_gaits, load_animal, search_gaits
-from legspring.problem import problem_for
+from legspring.asking import problem_for
 
 COSINE = math.cos(math.radians(10.0))
 

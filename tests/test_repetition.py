@@ -9,11 +9,11 @@ import pytest
 
 import legspring as ls
 from legspring import Animal, Gait, load_animal
+from legspring.asking import problem_for
 from legspring.flow import flow
 from legspring.gait import Invalid
 from legspring.layout import PLACES
 from legspring.model import Body, Leg
-from legspring.problem import problem_for
 from legspring.repetition import departure, departures, moment
 from tests.oracle.animals import START, states_of
 from tests.places import place_of

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from legspring import Animal, find_gaits, load_animal, search_gaits
+from legspring.asking import problem_for, tuned
 from legspring.gait import Gait, Invalid
 from legspring.layout import TIGHT
-from legspring.problem import GaitProblem, problem_for, tuned
+from legspring.problem import GaitProblem
 from legspring.returnmap import complete_map
 from legspring.solve import Ending, hindmost, number_branches, solve, sort, starts_for, zeros
 from tests.conftest import Cells, read_reference

@@ -12,12 +12,13 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
+from legspring.asking import check_tuned, tuned
 from legspring.flow import Simulator
 from legspring.kernel.many import Ends
 from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, PLACES
 from legspring.model import Animal
-from legspring.problem import GaitProblem, check_tuned, tuned
+from legspring.problem import GaitProblem
 from legspring.returnmap import signs
 from legspring.solve import Solutions, solve
 

@@ -18,6 +18,7 @@ from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 from legspring.actuated import Map, pair_lengths
+from legspring.asking import checked_targets, problems_for
 from legspring.checks import checked_choice
 from legspring.constraints import LIMITS, Constraint, Constraints, named_constraints
 from legspring.flow import IntegrationError
@@ -27,8 +28,8 @@ from legspring.kernel.walker import Floats
 from legspring.model import Animal, ModelError
 from legspring.objective import Goal, Penalty
 from legspring.optimum import TIE, Optimum
-from legspring.problem import GaitProblem, checked_targets
-from legspring.solve import gait_near, problems_for, search_gaits
+from legspring.problem import GaitProblem
+from legspring.solve import gait_near, search_gaits
 
 NODES = 12
 """Actuations at which gaits are looked for, beside the animal's own."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from legspring.measures.footfalls import phase_lag, touchdowns
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
 from legspring.measures.registry import MEASURES
 from legspring.measures.robustness import Recovery, recover, recovery_steps
+from legspring.measures.sensitivity import Origin
 from legspring.measures.stability import eigenvalues, largest_magnitude
 from legspring.model import Animal
 from legspring.repetition import departure
@@ -56,19 +57,6 @@ class Invalid(StrEnum):
     NOT_ISOLATED = "nothing fixes it: it is one of many, as close together as one likes"
     NO_ANIMAL = "no animal has what is free as it would have to be"
     UNCONFIRMED = "it is no solution when looked at more closely"
-
-
-class Origin(Protocol):
-    """What a gait is a solution of."""
-
-    def rates(self, gait: "Gait", names: Sequence[str]) -> Floats:
-        """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``."""
-
-    def moved(self, gait: "Gait", name: str, amount: float) -> "Gait | None":
-        """Return the gait where a parameter has changed by so much; None if it is not found."""
-
-    def lasts(self, gait: "Gait", name: str, amount: float) -> bool:
-        """Whether there is such an animal, and it keeps what this one keeps."""
 
 
 @dataclass(frozen=True, repr=False)

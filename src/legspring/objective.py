@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from legspring.actuated import GOAL, Actuated, Map
+from legspring.asking import tuned
 from legspring.checks import checked_angle, checked_choice, checked_vector
 from legspring.constraints import LIMITS, Constraint, Constraints, named_constraints
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.measures.stability import largest_magnitude
 from legspring.model import Animal
-from legspring.problem import tuned
 from legspring.solve import refined
 
 Goal = Literal["stability", "efficiency"]

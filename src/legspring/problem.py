@@ -10,12 +10,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from legspring.checks import checked_angle, checked_number, checked_vector, shown
+from legspring.checks import shown
 from legspring.flow import SEEN, Direction, flows
 from legspring.gait import Gait
 from legspring.kernel.many import N_FEW, N_SEEN
@@ -53,7 +51,6 @@ STRAIGHT = 1e-12
 """By how much, in units of v_des t_des, the step before may differ from the desired one, and count as that."""
 TIED = ("slope", "slope_deg", "desired_speed")
 """What others depend on by the animal's laws, which are no straight lines."""
-NOTHING: Mapping[str, float | str] = MappingProxyType({})
 POSITIVE = ("stiffness", "length", "mass", "inertia", "gravity", "step_duration", "stance")
 """What cannot be negative, or nought."""
 TARGETS = {
@@ -503,148 +500,3 @@ class GaitProblem:
             remembered=tuple(float(p[system.place_of(name)]) for name in system.memory if "." in name),
             symmetric=system.symmetric,
         )
-
-
-def check_tuned(animal: Animal, purpose: str) -> None:
-    """Raise ValueError unless an animal's legs are tuned to its desired speed."""
-    if not animal.tuned:
-        raise ValueError(
-            f"animal = {animal.name!r}: must have actuated legs whose phases are not given {purpose}; this one's gaits "
-            "have speeds and headings of their own"
-        )
-
-
-def open_phases(animal: Animal) -> tuple[str, ...]:
-    """Name the phases that gaits choose: those of actuated legs that are not given."""
-    firsts = (animal.legs[i] for i in animal.first_legs)
-    return tuple(f"{leg.pair}.phase" for leg in firsts if animal.tuned and leg.phase is None and leg.actuation > 0.0)
-
-
-def earlier_legs(animal: Animal) -> tuple[str, ...] | None:
-    """Return the legs by the clock that may be down from before when a step begins; None if one memory does for all.
-
-    The latter where all legs go by the clock and are put down as steps begin.
-    """
-    if all(leg.touchdown == "clock" for leg in animal.legs):
-        if all(leg.offset in (0.0, 1.0) for leg in animal.legs):
-            return None
-        return tuple(leg.name for leg in animal.legs if leg.offset > 0.0)
-    return tuple(leg.name for leg in animal.legs if leg.offset > 0.0 and leg.touchdown == "clock")
-
-
-def checked_targets(targets: Mapping[str, float | None]) -> dict[str, float | str]:
-    """Return the targets that are given, checked.
-
-    Raises
-    ------
-    ValueError
-        For one that is no such number.
-    """
-    given: dict[str, float | str] = {}
-    for name, value in targets.items():
-        if name not in TARGETS:
-            raise ValueError(f"target = {shown(name)}: must be one of {', '.join(TARGETS)}")
-        if value is None:
-            continue
-        if name == "heading":
-            given[name] = checked_angle(name, value, math.pi)
-        elif name == "lateral_drift":
-            given[name] = checked_number(name, value, "a finite number (m/s)")
-        else:
-            number = checked_number(name, value, f"a positive number ({TARGETS[name]})")
-            if number <= 0.0:
-                raise ValueError(f"{name} = {shown(value)}: must be a positive number ({TARGETS[name]})")
-            given[name] = number
-    return given
-
-
-def problem_for(
-    animal: Animal,
-    slope: float,
-    family: str,
-    given: Mapping[str, float | str] = NOTHING,
-    free: Sequence[str] = (),
-    *,
-    actuation: ArrayLike | None = None,
-    mirrored: bool | None = None,
-    contacts: Sequence[str] = (),
-) -> GaitProblem:
-    """Return the problem of a gait of one family.
-
-    Parameters
-    ----------
-    animal, slope, family, actuation
-        See `legspring.layout.System`.
-    given, free
-        What is asked for (see `TARGETS`), and parameters that are let go, beside the phases that are open. If that
-        leaves unknowns without a condition, a tuned animal is asked for its desired speed and no lateral drift, and
-        one that keeps its energy for the desired speed at the start.
-    mirrored
-        Whether steps mirror one another; by default if the animal is such that they may.
-    contacts
-        Of the legs that do not go by the clock: which of those put down before are still down as a step begins.
-
-    Raises
-    ------
-    ValueError
-        If what is asked for, or what is free, does not fit the animal or one another.
-    """
-    if actuation is not None:
-        if not animal.tuned:
-            raise ValueError(f"actuation = {shown(actuation)}: must be left out for {animal.name!r}, which has its own")
-        actuation = tuple(checked_vector("actuation", actuation, len(animal.pairs)).tolist())
-    if mirrored and not animal.mirrored:
-        raise ValueError(
-            f"mirrored = True: must be left out, as pair {animal.odd_pair!r} of animal {animal.name!r} has not two "
-            "legs that are mirror images, one step apart"
-        )
-    clock = earlier_legs(animal)
-    both = None if clock is None else (*clock, *contacts)
-    system = System(animal, slope, family, actuation, both, symmetric=mirrored is not False)
-    given = dict(given)
-    free = (*open_phases(animal), *(name for name in free if name not in open_phases(animal)))
-    defaults: list[tuple[str, float | str]] = []
-    # A body that nothing turns may have any yaw, and so may one for which all directions are alike.
-    if "yaw_rate" in system.conserved:
-        given |= {"yaw": 0.0, "yaw_rate": 0.0}
-    elif system.isotropic and not system.flips:
-        given["yaw"] = 0.0
-    if animal.tuned:
-        defaults = [("mean_speed", "desired_speed"), ("lateral_drift", 0.0)]
-    elif "energy" in system.conserved:
-        defaults = [("speed", "desired_speed")]
-    spare = -Counted(system, free, given).excess
-    for name, value in defaults:
-        if spare > 0 and name not in given:
-            given[name] = value
-            spare -= 1
-    if animal.tuned and spare > 0:
-        raise ValueError(too_few(animal, free, given, spare))
-    return GaitProblem(system, free, given)
-
-
-class Counted(GaitProblem):
-    """A problem whose unknowns and conditions need not match."""
-
-    def __post_init__(self) -> None:
-        """Count nothing."""
-
-
-def too_few(animal: Animal, free: Sequence[str], given: Mapping[str, float | str], spare: int) -> str:
-    """Say that less is asked of a tuned animal than it has phases open."""
-    if "heading" not in given and spare == 1:
-        return "heading is missing: must be an angle in rad, within +-pi/2"
-    more = ", ".join(name for name in TARGETS if name not in given and (animal.sagittal or name != "apex_height"))
-    return (
-        f"animal = {animal.name!r}: has {len(free)} unknowns of its own ({', '.join(free)}) for {len(given)} targets "
-        f"({', '.join(given)}): must have {spare} more phase{'s' if spare > 1 else ''} given, as in "
-        f"replace(**{{{free[-1]!r}: 0.5}}), or {spare} more of the targets {more}"
-    )
-
-
-def tuned(animal: Animal, slope: float, heading: float, family: str, actuation: ArrayLike | None = None) -> GaitProblem:
-    """Return the problem of a gait at a given heading, straight up at the desired speed: phases are free."""
-    check_tuned(animal, "for a gait at a given heading")
-    return problem_for(
-        animal, slope, family, {"heading": checked_angle("heading", heading, math.pi / 2)}, actuation=actuation
-    )

@@ -13,15 +13,15 @@ nothing else for the thesis's cockroach. That is evidence, and no proof.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.asking import checked_targets, problems_for
 from legspring.checks import MOST_STARTS, checked_angle, checked_names, checked_whole
 from legspring.flow import NO_PUSH, IntegrationError, flow, flows
 from legspring.gait import Gait, Invalid
@@ -29,7 +29,7 @@ from legspring.kernel import newton
 from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, TIGHT, System, slope_for
 from legspring.model import Animal, ModelError
-from legspring.problem import GaitProblem, checked_targets, problem_for
+from legspring.problem import GaitProblem
 from legspring.progress import progress_bar
 
 STARTS = 96
@@ -43,8 +43,6 @@ AT_ONCE = 8
 """Starts between two looks at the effort so far."""
 MOST_EFFORT = 100_000_000
 """Evaluations of the equations of motion after which the search for one family begins from no more starts."""
-MOST_EARLIER = 6
-"""Legs that events put down, beside those that land as a step begins, of which all sets are looked at."""
 MOST_SETTLINGS = 4
 SAME = 1e-5
 """Difference of unknowns below which two solutions are one."""
@@ -360,44 +358,6 @@ def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
     pair = hindmost(gaits[0].animal)
     ordered = sorted(gaits, key=lambda gait: (gait.phase[pair], gait.heading))
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
-
-
-def contact_sets(animal: Animal) -> list[tuple[str, ...]]:
-    """Return all sets of legs, of those that do not go by the clock, that may be down from before as a step begins.
-
-    Raises
-    ------
-    ValueError
-        If there are too many.
-    """
-    legs = [leg.name for leg in animal.legs if leg.offset > 0.0 and leg.touchdown != "clock"]
-    if len(legs) > MOST_EARLIER:
-        raise ValueError(
-            f"animal = {animal.name!r}: has {len(legs)} legs that events put down, beside those put down as a step "
-            f"begins: must be {MOST_EARLIER} at most for gaits to be looked for; it may be simulated"
-        )
-    return [some for count in range(len(legs) + 1) for some in combinations(legs, count)]
-
-
-def problems_for(
-    animal: Animal,
-    slope: float,
-    family: str,
-    given: Mapping[str, float | str],
-    free: Sequence[str] = (),
-    actuation: ArrayLike | None = None,
-    mirrored: bool | None = None,
-) -> list[GaitProblem]:
-    """Return the problems whose solutions are the gaits of one family: one for each set of contacts.
-
-    Where gaits that are not symmetric are looked for as well, those that are come first.
-    """
-    ways = (True, False) if mirrored is False and animal.mirrored else (mirrored,)
-    return [
-        problem_for(animal, slope, family, given, free, actuation=actuation, mirrored=way, contacts=some)
-        for way in ways
-        for some in contact_sets(animal)
-    ]
 
 
 def settled(problem: GaitProblem, gait: Gait) -> tuple[GaitProblem, Gait]:

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from legspring.asking import check_tuned, checked_targets, problems_for
 from legspring.checks import (
     MOST_STARTS,
     checked_grid,
@@ -29,9 +30,9 @@ from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped,
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
 from legspring.parallel import in_threads
-from legspring.problem import TARGETS, GaitProblem, check_tuned, checked_targets
+from legspring.problem import TARGETS, GaitProblem
 from legspring.progress import progress_bar
-from legspring.solve import number_branches, problems_for, sort, starts_for, without_doubles, zeros
+from legspring.solve import number_branches, sort, starts_for, without_doubles, zeros
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))

@@ -15,7 +15,7 @@ CODE = """
 import random, signal, time
 import legspring as ls
 from legspring.flow import flow
-from legspring.problem import tuned
+from legspring.asking import tuned
 from legspring.solve import solve, starts_for
 
 class Alarm(Exception):

@@ -3,11 +3,9 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import xarray as xr
-from scipy.optimize import linear_sum_assignment
 
 from legspring.checks import shown
 from legspring.kernel.walker import Floats
@@ -15,7 +13,10 @@ from legspring.layout import BODY, LEG, PLACES, START, System
 from legspring.measures.registry import BY_NAME, MEASURES
 
 if TYPE_CHECKING:
-    from legspring.gait import Gait
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from legspring.model import Animal
 
 STEP = 2e-3
 """First step of the differences of measures, in units of the parameter's scale."""
@@ -31,8 +32,59 @@ EVIDENCE = ("residual", "drift")
 SCALARS = tuple(one for one in MEASURES if one.unit and not one.dimensions and one.name not in EVIDENCE)
 
 
-def sensitivity(gait: "Gait", parameters: Sequence[str]) -> xr.Dataset:
+class Origin(Protocol):
+    """What a gait is a solution of."""
+
+    def rates(self, gait: Any, names: Sequence[str]) -> Floats:
+        """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``."""
+
+    def moved(self, gait: Any, name: str, amount: float) -> Any:
+        """Return the gait where a parameter has changed by so much; None if it is not found."""
+
+    def lasts(self, gait: Any, name: str, amount: float) -> bool:
+        """Whether there is such an animal, and it keeps what this one keeps."""
+
+
+class Solved(Protocol):
+    """What has to be known of a gait for it to be differentiated."""
+
+    @property
+    def animal(self) -> "Animal":
+        """Whose gait it is."""
+
+    @property
+    def family(self) -> str:
+        """Which pairs of legs push."""
+
+    @property
+    def slope_deg(self) -> float:
+        """Slope."""
+
+    @property
+    def system(self) -> System:
+        """The animal on its slope."""
+
+    @property
+    def point(self) -> Floats:
+        """All parameters."""
+
+    @property
+    def first_legs(self) -> tuple[int, ...]:
+        """The leg of each pair that is put down first."""
+
+    @property
+    def multipliers(self) -> "NDArray[np.complex128]":
+        """Floquet multipliers."""
+
+    @property
+    def origin(self) -> Origin | None:
+        """What it is a solution of."""
+
+
+def sensitivity(gait: "Solved", parameters: Sequence[str]) -> "xr.Dataset":
     """Return the derivatives of a gait and its measures (see `Gait.sensitivity`)."""
+    import xarray as xr
+
     if gait.origin is None:
         raise ValueError("gait: must be one that a search has found, which says what was given and what was free")
     names = [checked(gait, name) for name in parameters]
@@ -63,7 +115,7 @@ def sensitivity(gait: "Gait", parameters: Sequence[str]) -> xr.Dataset:
     )
 
 
-def note_on(gait: "Gait", name: str) -> str:
+def note_on(gait: "Solved", name: str) -> str:
     """Say what is special about derivatives by a parameter, if there is something."""
     assert gait.origin is not None
     side = side_of(gait.system, name)
@@ -73,7 +125,7 @@ def note_on(gait: "Gait", name: str) -> str:
     return gait.system.one_sided(name) or ""
 
 
-def checked(gait: "Gait", name: str) -> str:
+def checked(gait: "Solved", name: str) -> str:
     """Return the name of something that a gait may depend on."""
     if not isinstance(name, str):
         raise ValueError(f"parameter = {shown(name)}: must be a name")
@@ -89,14 +141,14 @@ def checked(gait: "Gait", name: str) -> str:
     return name
 
 
-def asked_of(gait: "Gait") -> tuple[dict[str, float], tuple[str, ...]]:
+def asked_of(gait: "Solved") -> tuple[dict[str, float], tuple[str, ...]]:
     """Return what a gait was asked for as a number, and what was free."""
     problem = getattr(gait.origin, "problem", None)
     given = {name: value for name, value in problem.given.items() if not isinstance(value, str)} if problem else {}
     return given, problem.free if problem else ()
 
 
-def value_of(gait: "Gait", name: str) -> float:
+def value_of(gait: "Solved", name: str) -> float:
     """Return the value of a parameter, in its unit."""
     given, _ = asked_of(gait)
     if name in given:
@@ -123,7 +175,7 @@ def scale_of(system: System, name: str, value: float) -> float:
     return sizes.get(quantity) or abs(value) or 1.0
 
 
-def unknowns(gait: "Gait", rates: Floats) -> dict[str, Floats]:
+def unknowns(gait: "Solved", rates: Floats) -> dict[str, Floats]:
     """Return the exact derivatives of what a start consists of, from those of all parameters."""
     places, system = gait.system, gait.system
     found = {name: rates[:, PLACES[name]] for name in ("speed", "heading")}
@@ -133,7 +185,7 @@ def unknowns(gait: "Gait", rates: Floats) -> dict[str, Floats]:
     return found
 
 
-def differences(gait: "Gait", name: str) -> dict[str, Any]:
+def differences(gait: "Solved", name: str) -> dict[str, Any]:
     """Return derivatives of multipliers and measures by a parameter: extrapolated differences of gaits found anew."""
     assert gait.origin is not None
     side = side_of(gait.system, name)
@@ -171,8 +223,10 @@ def extrapolated(values: dict[float, Any], here: Any, side: float) -> Any:
     return rows[0]
 
 
-def described(reference: "Gait", gait: "Gait") -> dict[str, Any]:
+def described(reference: "Solved", gait: "Solved") -> dict[str, Any]:
     """Return the measures of a gait, and its multipliers, ``(n, 2)``, in the order of those of another one."""
+    from scipy.optimize import linear_sum_assignment
+
     measures = {one.name: np.asarray(float(one.of(gait))) for one in SCALARS if one.name not in ("slope_deg",)}
     wanted, found = reference.multipliers, gait.multipliers
     ordered = np.full((len(wanted), 2), math.nan)

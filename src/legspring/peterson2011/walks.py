@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from legspring.asking import tuned
 from legspring.checks import checked_positive
 from legspring.flow import IntegrationError
 from legspring.gait import Gait, Invalid
 from legspring.kernel.walker import Floats
 from legspring.model import Animal, ModelError
-from legspring.problem import GaitProblem, tuned
+from legspring.problem import GaitProblem
 from legspring.solve import SAME, gait_near
 
 Path = Callable[[float], Animal]
