@@ -134,7 +134,22 @@ def test_every_reason_is_met(roach: Animal, thesis_map: Cells) -> None:
     candidates += [changed(thesis_map[0, 0.15][0], animal=roach.replace(stiffness=k)) for k in (1e-4, 1e15)]
     reasons = {reason[0] for reason in (candidate.invalid() for candidate in candidates) if reason}
     # Of the others there are no unknowns to look at here.
-    assert reasons == set(Invalid) - {Invalid.NOT_ISOLATED, Invalid.UNCONFIRMED}
+    elsewhere = {Invalid.NOT_ISOLATED, Invalid.UNCONFIRMED, Invalid.NO_ANIMAL, Invalid.COLLAPSED}
+    assert reasons == set(Invalid) - elsewhere
+
+
+def test_a_leg_that_is_run_over_is_no_leg() -> None:
+    """With a leg straight ahead the body runs over its foot, where the leg has no length and no direction."""
+    straight = load_animal("lateral_leg_spring_point").replace(angle_deg=0.0)
+    search = search_gaits(straight)
+    assert not search.gaits
+    assert Invalid.COLLAPSED in {rejection.reason for rejection in search.rejections}
+
+
+def test_what_is_free_may_be_what_no_animal_has() -> None:
+    search = search_gaits(load_animal("single_leg"), slope_deg=45, mean_speed=1.3, free=("T.actuation",))
+    (rejection, *_) = [one for one in search.rejections if one.reason == Invalid.NO_ANIMAL]
+    assert "actuation = " in rejection.leg and rejection.solution.animal == load_animal("single_leg")
 
 
 def test_a_light_animal_is_no_accident(roach: Animal) -> None:

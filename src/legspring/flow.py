@@ -131,7 +131,7 @@ class Flow:
         What was simulated: all its parameters, ``(n,)``, and the directions of the derivatives, ``(D, n)``.
     seen
         ``(8, 1 + D)``, or ``(13 + 3 L, 1 + D)`` where everything is asked for: what is observed at the end (see `SEEN`
-        and `legspring.kernel.many.Ends`), and its derivatives; SI units.
+        and ``legspring.kernel.many.Ends``), and its derivatives; SI units.
     times, states
         ``(S + 1,)``, ``(S + 1, n)``: of each start of a step, and of the end: place, velocity and, where the body yaws,
         yaw and yaw rate; SI units.

@@ -22,7 +22,7 @@ from legspring.measures.robustness import Recovery, recover, recovery_steps
 from legspring.measures.sensitivity import Origin
 from legspring.measures.stability import eigenvalues, largest_magnitude
 from legspring.model import Animal
-from legspring.repetition import departure
+from legspring.repetition import departure, largest_departure
 from legspring.returnmap import complete_map, reduced_map
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ class Invalid(StrEnum):
     NOT_SIMULATED = "the stride cannot be simulated"
     NO_LIFTOFF = "a leg does not lift off before its next touch-down"
     WRONG_SIGN = "a leg pulls that should push, or pushes that should pull"
+    COLLAPSED = "a leg has no length: its foot passes through its hip"
     IDLE = "a leg bears less than a thousandth of the weight"
     OLD_LEGS = "the legs down at the start are not those that the step before leaves down"
     DEPARTS = "the motion does not repeat itself"
@@ -231,6 +232,8 @@ class Gait:
             run = self.stride
         except IntegrationError as error:
             return Invalid.NOT_SIMULATED, str(error)
+        for leg in turned_over(run):
+            return Invalid.COLLAPSED, self.animal.legs[leg].name
         for leg in self.first_legs if self.system.mirrored else range(len(self.animal.legs)):
             name, (time, rate) = self.animal.legs[leg].name, self._stances[leg]
             if math.isnan(time):
@@ -248,6 +251,9 @@ class Gait:
         found = departure(self.system, self.point, largest)
         if found is not None:
             return Invalid.DEPARTS, found.what
+        begin, end = run.states[[0, -1], 2:4]
+        if not np.max(np.abs(end - begin)) <= largest_departure(largest) * self.speed:
+            return Invalid.DEPARTS, "as it was simulated once more: what departs grows faster than can be told"
         if self.isolation < LEAST_ISOLATION:
             return Invalid.NOT_ISOLATED, f"its conditions have a singular value of {self.isolation:.1g}"
         return None
@@ -538,3 +544,10 @@ class Gait:
         from legspring.drawing.film import animate
 
         return animate(self, strides=strides, slow=slow)
+
+
+def turned_over(run: Flow) -> list[int]:
+    """Return the legs that point the other way from one step of the integrator to the next."""
+    seen = run.samples(run.tape.time[: run.tape.counts[0] + 1])
+    across = np.sum(seen.legs[1:] * seen.legs[:-1], axis=-1)
+    return [int(leg) for leg in np.flatnonzero(np.any((across < 0.0) & seen.down[1:] & seen.down[:-1], axis=0))]

@@ -124,7 +124,7 @@ def optimize(
     method
         ``"default"``, or ``"nelder-mead"``: the thesis's method, started from the best gait of a coarse search. The
         default is a nonlinear programme for point masses on three pairs of legs as the thesis has them; other animals
-        are searched by trial (`legspring.direct`), which is slower.
+        are searched by trial (``legspring.direct``), which is slower.
     seed
         Of the actuations at which the search looks for gaits; the result must not depend on it.
     constraints

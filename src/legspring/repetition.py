@@ -68,7 +68,7 @@ def departure(system: System, p: Floats, growth: float = 1.0) -> Departure | Non
     Departure or None
         None if everything comes back to within 1e-8 max(1, growth^2), and within 1e-3 at the most.
     """
-    allowed = min(CLOSE * max(1.0, growth**STRIDES), FARTHEST) if math.isfinite(growth) else FARTHEST
+    allowed = largest_departure(growth)
     first = moment(flow(system, p, steps=0))
     for step in range(system.period, STRIDES * system.steps_per_stride + 1, system.period):
         try:
@@ -81,6 +81,11 @@ def departure(system: System, p: Floats, growth: float = 1.0) -> Departure | Non
             if not found.amount <= allowed:
                 return Departure(found.amount, f"after {step} step{'s' if step > 1 else ''} {found.what}")
     return None
+
+
+def largest_departure(growth: float) -> float:
+    """Return how far a motion in which small departures grow so fast in a stride may be off after two."""
+    return min(CLOSE * max(1.0, growth**STRIDES), FARTHEST) if math.isfinite(growth) else FARTHEST
 
 
 def departures(system: System, first: Moment, now: Moment) -> Iterator[Departure]:

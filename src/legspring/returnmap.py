@@ -55,7 +55,7 @@ def complete_map(system: System, p: Floats, *, accuracy: float = ACCURACY) -> tu
     The state is (speed, heading) with what is remembered of the time before: where steps mirror one another and legs
     of a pair are a step apart, (Dx, Dy), the displacement of the centre of mass over the last step, which says where
     the feet of the last tripod are; else one such displacement for each instant at which a foot that is still down
-    was put down, or the place of that foot (see `legspring.layout.System.memory`). A yawing body adds (yaw, yaw rate)
+    was put down, or the place of that foot (see ``legspring.layout.System.memory``). A yawing body adds (yaw, yaw rate)
     and the turn since each of these instants. A foot that is up is not remembered.
 
     See :ref:`model-return-map`.

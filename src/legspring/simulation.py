@@ -231,7 +231,7 @@ def legs_remembered(animal: Animal, memory: Mapping[str, float] | None) -> tuple
         return None
     named = {name.rpartition(".")[0] for name in memory if isinstance(name, str)}
     times = {leg.offset for leg in animal.legs if leg.name in named and leg.touchdown == "clock"}
-    return tuple(leg.name for leg in animal.legs if leg.name in named or leg.offset in times) or None
+    return tuple(leg.name for leg in animal.legs if leg.name in named or leg.offset in times)
 
 
 def only_family(animal: Animal) -> str:

@@ -124,6 +124,7 @@ def check_gait(gait: ls.Gait) -> None:
         displacement=gait.displacement,
         yaw=gait.yaw,
         yaw_rate=gait.yaw_rate,
+        memory=None if gait.contacts is None else gait.memory,
         strides=2,
     )
     check_run(run)
