@@ -47,8 +47,8 @@ def end_of(gait: ls.Gait, p: Array) -> Callable[[str, float], Array]:
         elif name in BODY:
             here = system.values[system.along([name]).nonzero()[1][0]]
             animal = animal.replace(**{name: here + change})
-        elif name.endswith(".phase"):
-            for leg in animal.legs_named(name[: -len(".phase")]):
+        elif name.endswith("phase"):
+            for leg in animal.legs_named(name[: -len(".phase")]) if "." in name else range(len(legs)):
                 phase[legs[leg]] += change
         else:
             owner, _, quantity = name.rpartition(".")

@@ -493,7 +493,7 @@ class Gait:
         >>> import legspring as ls
         >>> gait = ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
         >>> round(gait.sensitivity("slope_deg").speed.item(), 5)
-        -0.00172
+        -0.00113
         """
         from legspring.measures.sensitivity import sensitivity
 

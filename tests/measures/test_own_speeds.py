@@ -102,7 +102,7 @@ def test_what_gaits_with_headings_of_their_own_do_not_take() -> None:
         ls.find_gaits(animal, slope_deg=10)
     with pytest.raises(ValueError, match="must have actuated legs whose phases are not given for a map over slope"):
         ls.atlas(animal, slopes_deg=[0], headings=[0.1])
-    with pytest.raises(ValueError, match="must have actuated legs whose phases are not given for its actuation to be"):
+    with pytest.raises(ValueError, match="must have legs with an actuation for it to be optimised"):
         ls.optimize(animal, slope_deg=0, heading=0.1)
 
 

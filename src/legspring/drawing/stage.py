@@ -16,7 +16,7 @@ from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from legspring.drawing.strokes import arrow, body, body_length, round_length
+from legspring.drawing.strokes import arrow, body, body_length, round_length, tilt_of_body
 from legspring.drawing.style import COLOURS, GRAY, SMALL
 
 Floats = NDArray[np.float64]
@@ -76,6 +76,7 @@ class Shot:
         seen = [centre, hip, foot, hip + free_legs(hip, foot, self.run["free_length"].values)]
         if "inertia" in self.run.attrs:
             reach = 0.5 * body_length(self.run.attrs["mass"], self.run.attrs["inertia"])
+            turned = turned + math.radians(tilt_of(self.run))
             ends = reach * np.stack([-np.sin(turned), np.cos(turned)], axis=-1)
             seen += [centre + ends, centre - ends]
         places = np.concatenate([(what - self.camera[:, None])[shown].reshape(-1, 2) for what in seen])
@@ -156,12 +157,19 @@ class Stage:
         left, low = window[0] + 0.03 * width
         axes.plot([left, left + length], [low, low], color=GRAY, linewidth=1.5, solid_capstyle="butt")
         axes.text(left + 0.5 * length, low + 0.01 * width, words, ha="center", va="bottom", color=GRAY, fontsize=SMALL)
-        pull = math.sin(math.radians(about["slope_deg"]))
-        if about["view"] == "above" and pull:
-            right, top = window[1] - 0.05 * width
-            middle, half = top - 0.08 * width, 0.08 * width * math.copysign(1.0, pull)
+        slope = math.radians(about["slope_deg"])
+        right, top = window[1] - 0.05 * width
+        middle, half = top - 0.08 * width, 0.08 * width
+        how: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": SMALL}
+        if about["view"] == "above" and math.sin(slope):
+            half = math.copysign(half, math.sin(slope))
             arrow(axes, (right, middle + half), (right, middle - half))
-            axes.text(right - 0.02 * width, middle, r"$g\,\sin\sigma$", ha="right", va="center", fontsize=SMALL)
+            axes.text(right - 0.02 * width, middle, r"$g\,\sin\sigma$", **how)
+        elif about["view"] == "side" and slope:
+            # The ground is drawn level, and gravity as it is seen from it.
+            across, down = half * math.sin(slope), half * math.cos(slope)
+            arrow(axes, (right + across, middle + down), (right - across, middle - down))
+            axes.text(right - 0.02 * width - abs(across), middle, "$g$", **how)
 
     def show(self, elapsed: float) -> None:
         """Move everything to where it is after so much time (s)."""
@@ -260,6 +268,13 @@ class Ground:
         self.artist.set_data(*(self.marks - (places - np.floor(places)) @ self.lattice).T)
 
 
+def tilt_of(run: xr.Dataset) -> float:
+    """Return how the body of a simulation lies along its hips where its yaw is 0, deg."""
+    offsets, yaw = run["hip"].values[0] - run["position"].values[0], float(run["yaw"].values[0])
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    return tilt_of_body(offsets @ np.array([[cosine, -sine], [sine, cosine]]), run.attrs["view"] == "side")
+
+
 class Body:
     """The centre of mass, the way from there to the hips and, where it turns, the body."""
 
@@ -269,9 +284,7 @@ class Body:
         self.artists: tuple[Artist, ...] = (self.spine, self.centre)
         self.trunk: Ellipse | None = None
         if "inertia" in run.attrs:
-            hips = np.abs(run["hip"].values[0] - run["position"].values[0]).max(axis=0)
-            # From the side, along the hips.
-            self.tilt = 90.0 if hips[0] > hips[1] and run.attrs["view"] == "side" else 0.0
+            self.tilt = tilt_of(run)
             self.trunk = body(run.attrs["mass"], run.attrs["inertia"])
             axes.add_patch(self.trunk)
             self.artists = (self.trunk, *self.artists)

@@ -1,10 +1,12 @@
 """Strokes that sketches are made of."""
 
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Arc, Ellipse
+from numpy.typing import NDArray
 
 from legspring.drawing.style import GRAY
 
@@ -24,10 +26,17 @@ def body_length(mass: float, inertia: float) -> float:
     return math.sqrt(12.0 * inertia / mass)
 
 
-def body(mass: float, inertia: float) -> Ellipse:
-    """Return an ellipse as long as a rod of this mass and moment of inertia, at the origin and upright."""
+def body(mass: float, inertia: float, tilt: float = 0.0) -> Ellipse:
+    """Return an ellipse as long as a rod of this mass and moment of inertia, at the origin, upright or tilted (deg)."""
     length = body_length(mass, inertia)
-    return Ellipse((0.0, 0.0), 0.4 * length, length, facecolor="0.93", edgecolor="0.7", linewidth=0.6, zorder=0)
+    look: dict[str, Any] = {"facecolor": "0.93", "edgecolor": "0.7", "linewidth": 0.6, "zorder": 0}
+    return Ellipse((0.0, 0.0), 0.4 * length, length, angle=tilt, **look)
+
+
+def tilt_of_body(hips: NDArray[np.float64], sagittal: bool) -> float:
+    """Return how an ellipse lies along hips, ``(L, 2)`` from the centre of mass, deg: across, from the side."""
+    across, along = np.abs(hips).max(axis=0)
+    return 90.0 if sagittal and across > along else 0.0
 
 
 def round_length(most: float) -> tuple[float, str]:

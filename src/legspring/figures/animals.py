@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 from numpy.typing import NDArray
 
-from legspring.drawing.strokes import arrow, body, round_length, spring
+from legspring.drawing.strokes import arrow, body, round_length, spring, tilt_of_body
 from legspring.drawing.style import COLOURS, COLUMN, GRAY, PAGE, SMALL, new_figure, styled
 from legspring.figures.runs import length_unit
 from legspring.gait import Gait
@@ -26,6 +26,8 @@ RULES = {
 }
 ROOM, NARROW = 0.14, math.radians(10)
 """Room for the words of an angle, in units of the animal's size; half of an angle too narrow for them."""
+MANY = 4
+"""Pairs up to which each has its angle drawn."""
 IMAGE = "0.75"
 """Colour of legs that are the mirror images of others."""
 COLUMNS = 4
@@ -106,17 +108,24 @@ def _sketch(axes: Axes, animal: Animal, words: bool = True) -> None:
     size = max(math.hypot(*leg.hip) + leg.length for leg in animal.legs)
     first = [animal.legs[i] for i in animal.first_legs]
     if animal.body.yaw == "free":
-        axes.add_patch(body(animal.body.mass, animal.body.inertia or 0.0))
-    for leg in animal.legs:
+        tilt = tilt_of_body(np.array([leg.hip for leg in animal.legs]), animal.sagittal)
+        axes.add_patch(body(animal.body.mass, animal.body.inertia or 0.0, tilt))
+    for leg in sorted(animal.legs, key=lambda leg: leg in first):
         number = animal.pairs.index(leg.pair)
-        _leg(axes, leg, COLOURS[number] if leg in first else IMAGE, size)
+        _leg(axes, leg, COLOURS[number % len(COLOURS)] if leg in first else IMAGE, size)
+    told: list[float] = []
     for number, leg in enumerate(first if words else ()):
-        (_attack if animal.sagittal else _angle)(axes, leg, (0.3 + 0.13 * number) * leg.length, size)
-    for leg in animal.legs if words else ():
-        _name(axes, leg, COLOURS[animal.pairs.index(leg.pair)] if leg in first else GRAY, animal.sagittal, size)
+        # Where there are many pairs, an angle that they have in common is drawn once.
+        if len(first) <= MANY or abs(leg.angle) not in told:
+            (_attack if animal.sagittal else _angle)(axes, leg, (0.3 + 0.13 * min(number, MANY)) * leg.length, size)
+            told.append(abs(leg.angle))
+    for together in _by_place(animal.legs) if words else ():
+        leg = together[0]
+        colour = COLOURS[animal.pairs.index(leg.pair) % len(COLOURS)] if leg in first else GRAY
+        _name(axes, leg, ", ".join(one.name for one in together), colour, animal.sagittal, size)
     axes.plot(0.0, 0.0, "o", color="black", markersize=6, zorder=4)
     if animal.sagittal:
-        _ground(axes, first[0], size)
+        _ground(axes, first, size)
     _gravity(axes, animal, size)
     _scale(axes, size)
     axes.autoscale_view()
@@ -141,11 +150,20 @@ def _leg(axes: Axes, leg: Leg, colour: str, size: float) -> None:
     axes.plot(*foot, "o", color=colour, zorder=3)
 
 
-def _name(axes: Axes, leg: Leg, colour: str, aside: bool, size: float) -> None:
-    """Write a leg's name beyond its foot, or beside it."""
+def _by_place(legs: Sequence[Leg]) -> list[list[Leg]]:
+    """Return the legs, those together whose feet are at one place."""
+    places: dict[tuple[float, ...], list[Leg]] = {}
+    for leg in legs:
+        foot = np.array(leg.hip) + leg.length * _direction(leg)
+        places.setdefault(tuple(np.round(foot / leg.length, 6).tolist()), []).append(leg)
+    return list(places.values())
+
+
+def _name(axes: Axes, leg: Leg, words: str, colour: str, aside: bool, size: float) -> None:
+    """Write the name of a leg, and of others at its place, beyond its foot, or beside it."""
     foot = np.array(leg.hip) + leg.length * _direction(leg)
     place = foot + size * np.array([0.08, 0.07]) if aside else foot + (leg.actuation + 0.09 * size) * _direction(leg)
-    axes.text(place[0], place[1], leg.name, ha="center", va="center", color=colour)
+    axes.text(place[0], place[1], words, ha="center", va="center", color=colour)
     axes.update_datalim([place - 0.05 * size, place + 0.05 * size])
 
 
@@ -200,10 +218,10 @@ def _attack(axes: Axes, leg: Leg, radius: float, size: float) -> None:
     _arc(axes, foot, radius, math.pi if up[0] < 0.0 else 0.0, math.atan2(up[1], up[0]), size)
 
 
-def _ground(axes: Axes, leg: Leg, size: float) -> None:
-    """Draw the ground under a leg's foot, and where forward is."""
-    foot = np.array(leg.hip) + leg.length * _direction(leg)
-    left, right = foot[0] - 0.8 * size, foot[0] + 0.5 * size
+def _ground(axes: Axes, legs: Sequence[Leg], size: float) -> None:
+    """Draw the ground under the first leg's foot, and where forward is."""
+    feet = np.array([leg.hip + leg.length * _direction(leg) for leg in legs])
+    foot, left, right = feet[0], feet[:, 0].min() - 0.8 * size, feet[:, 0].max() + 0.5 * size
     axes.plot([left, right], [foot[1], foot[1]], color="black", linewidth=0.8, zorder=0)
     low = foot[1] - 0.06 * size
     corners = [(left, low), (right, low), (right, foot[1]), (left, foot[1])]
@@ -223,7 +241,8 @@ def _gravity(axes: Axes, animal: Animal, size: float) -> None:
         axes.text(right, -0.09 * size, "$g$", ha="center", va="top")
         return
     arrow(axes, (right, 0.2 * size), (right, -0.2 * size))
-    axes.text(right + 0.06 * size, 0.0, "$g$" if low == high == 90.0 else r"$g\,\sin\sigma$", va="center")
+    whole = animal.sagittal or low == high == 90.0
+    axes.text(right + 0.06 * size, 0.0, "$g$" if whole else r"$g\,\sin\sigma$", va="center")
     axes.update_datalim([(right, 0.25 * size), (right + 0.35 * size, -0.25 * size)])
 
 
@@ -247,11 +266,11 @@ def _path(axes: Axes, gait: Gait) -> None:
         starts = np.flatnonzero(stance[1:, number] & ~stance[:-1, number]) + 1
         for row in [0, *starts] if stance[0, number] else starts:
             hip, foot = unit * run["hip"].values[row, number], unit * run["foot"].values[row, number]
-            colour = COLOURS[pair]
+            colour = COLOURS[pair % len(COLOURS)]
             axes.plot(*np.array([hip, foot]).T, color=colour, linewidth=0.8, alpha=0.6)
             axes.plot(*foot, "o", color=colour, markersize=3)
     across, along = ("forward", "up") if gait.animal.sagittal else ("to the right", "ahead")
     axes.set(xlabel=f"{across} ({words})", ylabel=f"{along} ({words})")
     axes.set_aspect("equal", adjustable="datalim")
-    slope = "" if gait.animal.sagittal else f", slope {gait.slope_deg:g} deg"
+    slope = "" if gait.animal.sagittal and not gait.slope_deg else f", slope {gait.slope_deg:g} deg"
     axes.set_title(f"{STRIDES} strides{slope}, {gait.mean_speed:.3g} m/s")
