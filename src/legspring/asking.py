@@ -170,7 +170,10 @@ def contact_sets(animal: Animal) -> list[tuple[str, ...]]:
     ValueError
         If there are too many.
     """
-    legs = [leg.name for leg in animal.legs if leg.offset > 0.0 and leg.touchdown != "clock"]
+    # One whose lift-off begins the step is up.
+    lifted = {leg.follows for leg in animal.legs if leg.offset == 0.0}
+    others = [leg for leg in animal.legs if leg.offset > 0.0 and leg.touchdown != "clock"]
+    legs = [leg.name for leg in others if leg.name not in lifted]
     if len(legs) > MOST_EARLIER:
         raise ValueError(
             f"animal = {animal.name!r}: has {len(legs)} legs that events put down, beside those put down as a step "

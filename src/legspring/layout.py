@@ -255,6 +255,8 @@ class System:
         (where the body does not pitch, at the same height), unless they have been put down before.
         """
         legs, down = self.animal.legs, self.contacts or ()
+        if not self.animal.sagittal:
+            return self.offset == 0.0
         held = [held_at(leg, pair, self) for leg, pair in zip(legs, self.animal.pair_of, strict=True)]
         landing = [place for leg, place in zip(legs, held, strict=True) if leg.offset == 0.0 and place]
         beside = [place is not None and place in landing for place in held]

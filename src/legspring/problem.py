@@ -259,7 +259,10 @@ class GaitProblem:
         # Nothing is beyond the range where a speed and phases are sought that go with each other; elsewhere searches
         # come back from there.
         rows, columns = (np.flatnonzero(np.any(matrix != 0.0, axis=0)) for matrix in (at_end, at_start))
-        return Task(along, low.copy(), high.copy(), at_end, at_start, rows, columns, given, turns, "Dy" in self.pins)
+        moved = np.flatnonzero(np.any(along != 0.0, axis=0))
+        return Task(
+            along, moved, low.copy(), high.copy(), at_end, at_start, rows, columns, given, turns, "Dy" in self.pins
+        )
 
     def _range(self, name: str) -> tuple[float, float]:
         """Return the range that an unknown must not leave, in its unit."""

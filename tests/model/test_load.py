@@ -83,7 +83,7 @@ def test_a_preset_has_the_form_of_a_file(file: Path) -> None:
     [
         ("mass = ", "Invalid value"),
         ("\x00", "Invalid"),
-        ('like = "roach"', r"like = 'roach': must be a preset \(centipede, climbing_template, .*\)"),
+        ('like = "roach"', r"like = 'roach': must be a preset \(centipede, climbing_template, .*"),
         ('like = ["cockroach"]', "like = .*: must be the name of a preset or"),
         ('like = "cockroach"\nstiffness = -1', "Leg 'FL': stiffness = -1: must be greater than 0"),
         ('like = "cockroach"\ncolour = "brown"', "cannot replace colour: must be among"),

@@ -39,6 +39,8 @@ class Task(NamedTuple):
     ----------
     along
         ``(n, P)``: directions, in the space of the P parameters, that the unknowns are steps along.
+    moved
+        Parameters that the unknowns move.
     low, high
         ``(n,)``: range that the unknowns are not to leave.
     at_end, at_start, given
@@ -52,6 +54,7 @@ class Task(NamedTuple):
     """
 
     along: Floats
+    moved: Ints
     low: Floats
     high: Floats
     at_end: Floats
@@ -211,8 +214,8 @@ def write_conditions(task: Task, seen: Floats, p: Floats, residual: Floats, jaco
 @formula
 def evaluate(w: Walker, task: Task, base: Floats, z: Floats, steps: int, scale: float, room: Workspace) -> float:
     """Write the conditions at z and their Jacobian; return the sum of squares, inf if a step cannot be taken."""
-    for j in range(base.size):
-        room.p[j] = base[j]
+    copy(base, room.p)
+    for j in task.moved:
         for e in range(z.size):
             room.p[j] += z[e] * task.along[e, j]
     launch(room.p, task.along, w)

@@ -188,7 +188,7 @@ def new_walker(
     legs, contacts = np.zeros((n_legs, N_LEG, width)), np.zeros((n_legs, N_CONTACT))
     legs[:, TRIGGER, 0], legs[:, FORMULA, 0], legs[:, MEMORY, 0], contacts[:, SIDE] = trigger, law, memory, side
     clock = np.zeros(N_CLOCK)
-    clock[SIDE_VIEW] = np.any(trigger == GROUND)
+    clock[SIDE_VIEW] = float(GROUND in trigger.tolist())
     y, k = np.zeros((rows, width)), np.zeros((16, rows, width))
     ahead, room = np.zeros((rows, width)), np.zeros((rows, width))
     return Walker(
