@@ -287,7 +287,7 @@ def atlas(
 
     def values_of(gait: Gait) -> dict[str, Any]:
         values = measured(mapped(animal), gait)
-        if animal.conservative:
+        if "energy" in gait.conserved:
             return values | {one.name: np.full(len(impulses), math.nan) for one in OF_RECOVERIES}
         return values | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
 
@@ -300,7 +300,7 @@ def atlas(
     dataset = empty_map((*mapped(animal), *OF_RECOVERIES), (*grid.over, "branch"), coords)
     fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
     say_what_is_missing(dataset, [gait for _, gait in gaits])
-    for one in OF_RECOVERIES if animal.conservative else ():
+    for one in OF_RECOVERIES if any("energy" in gait.conserved for _, gait in gaits) else ():
         dataset[one.name].attrs["missing"] = "the animal keeps its energy, and what a push gives it"
     return dataset.assign_attrs(provenance(animal, effort, list(grid.over)))
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import legspring as ls
 from legspring import cockroach
 from legspring.flow import NO_PUSH, flow
 from legspring.layout import System
@@ -85,3 +86,15 @@ def test_steps_of_many_pushes_are_those_of_each(thesis_map: Cells) -> None:
             impulses = (-0.8, -0.1, 0.4, 2.0)
             expected = [np.nan if (steps := gait.recover(one).steps) is None else steps for one in impulses]
             np.testing.assert_array_equal(gait.recovery_steps(impulses), expected)
+
+
+@pytest.mark.parametrize("impulse", [0.02, -0.05])
+def test_a_limp_recovers_as_quickly_as_its_multipliers_say(impulse: float) -> None:
+    """Each step is compared with that of the gait: left ones with left ones, right ones with right ones."""
+    gaits = ls.find_gaits(ls.load_animal("injured_cockroach"), slope_deg=45, family="B")
+    gait = min(gaits, key=lambda one: abs(one.multipliers[0]))
+    recovery = gait.recover(impulse)
+    assert recovery.recovered and recovery.distance[0] == 0.0
+    strides = recovery.distance[8:15:2]
+    assert strides[1:] / strides[:-1] == pytest.approx(abs(gait.multipliers[0]), rel=0.05)
+    assert gait.recovery_steps([impulse]) == [recovery.steps]

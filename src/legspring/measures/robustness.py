@@ -132,7 +132,7 @@ def recover(system: System, p: Floats, impulse: float) -> Recovery:
     impulse = checked_number("impulse", impulse, valid, LARGEST_IMPULSE)
     unit = first_step(system, p)
     ends = after_pushes(system, p, [impulse], unit, STEPS)
-    distance = distances(system, ends.states[0])
+    distance = distances(system, ends.states[0], section(system, p))
     steps = steps_to_recover(distance, end_of_push(system, unit))
     return Recovery(impulse, steps, distance, settled_elsewhere(distance), REASONS.get(int(ends.status[0])), system, p)
 
@@ -144,12 +144,12 @@ def recovery_steps(system: System, p: Floats, impulses: Sequence[float]) -> Floa
     """
     check_pushed(system)
     found, unit = np.full(len(impulses), np.nan), first_step(system, p)
-    first = end_of_push(system, unit)
+    first, undisturbed = end_of_push(system, unit), section(system, p)
     for most in STAGES:
         rest = np.flatnonzero(np.isnan(found))
         ends = after_pushes(system, p, [impulses[n] for n in rest.tolist()], unit, most)
         for n, states in zip(rest, ends.states, strict=True):
-            steps = steps_to_recover(distances(system, states), first)
+            steps = steps_to_recover(distances(system, states, undisturbed), first)
             found[n] = np.nan if steps is None else steps
     return found
 
@@ -179,24 +179,45 @@ def after_pushes(system: System, p: Floats, impulses: Sequence[float], step: flo
     return flows(system, np.repeat(p[None], len(impulses), axis=0), steps=steps, pushes=pushes)
 
 
-def distances(system: System, states: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Distance of each touch-down's velocity from the first one's, mirrored after odd steps.
+def section(system: System, p: Floats) -> NDArray[np.float64]:
+    """Return a gait's states at the starts of the steps of a period, ``(period, n)``."""
+    return flow(system, p, steps=system.period - 1).states
+
+
+def distances(
+    system: System, states: NDArray[np.float64], undisturbed: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Distance of each touch-down's velocity from that of the gait, mirrored after odd steps.
 
     Where all directions are alike, there is none to come back to: the velocity is that seen from the body.
+
+    Parameters
+    ----------
+    system, states
+        What was followed: states at the starts of steps.
+    undisturbed
+        Those of the gait in a period; by default the first one, of a gait that repeats itself after a step.
     """
-    velocity = states[:, 2:4].copy()
-    if system.isotropic:
-        cosine, sine = np.cos(states[:, 4]), np.sin(states[:, 4])
-        velocity = np.column_stack(
-            [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
-        )
-    if system.mirrored:
+    velocity = velocities(system, states)
+    if system.flips:
         velocity[1::2, 0] *= -1.0
-    change = np.abs(velocity - velocity[0]) / system.desired_speed
+    wanted = velocities(system, states[:1] if undisturbed is None else undisturbed)
+    change = np.abs(velocity - wanted[np.arange(len(velocity)) % len(wanted)]) / system.desired_speed
     # From the side, x is the way ahead.
     ahead, across = (0, 1) if system.animal.sagittal else (1, 0)
     result: NDArray[np.float64] = np.maximum(change[:, across] / np.tan(ANGLE), change[:, ahead])
     return result
+
+
+def velocities(system: System, states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return velocities, ``(N, 2)``; as seen from the body, where all directions are alike."""
+    velocity: NDArray[np.float64] = states[:, 2:4].copy()
+    if not system.isotropic:
+        return velocity
+    cosine, sine = np.cos(states[:, 4]), np.sin(states[:, 4])
+    return np.column_stack(
+        [cosine * velocity[:, 0] + sine * velocity[:, 1], cosine * velocity[:, 1] - sine * velocity[:, 0]]
+    )
 
 
 def steps_to_recover(distance: NDArray[np.float64], first: int = 1) -> int | None:
