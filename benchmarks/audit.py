@@ -30,7 +30,8 @@ from legspring.kernel.walker import Floats
 from legspring.model import cockroach
 from legspring.problem import GaitProblem
 from legspring.progress import progress_bar
-from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL, search_gaits, solve, sort
+from legspring.solve import ROUGH_GOAL, search_gaits, solve, sort
+from legspring.starts import ROUGH_ACCURACY
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
 Place = tuple[int, ...]

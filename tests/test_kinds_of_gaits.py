@@ -1,6 +1,7 @@
 """Whatever repeats itself: limping, waves, walking, bounding; against published numbers, and identities."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,8 +9,9 @@ import pytest
 
 import legspring as ls
 from legspring import Animal, Gait, load_animal
-from legspring.asking import problem_for
+from legspring.asking import contact_sets, problem_for
 from legspring.gait import Invalid
+from legspring.starts import contacts_met
 
 PLACE: dict[str, Any] = {"slope_deg": 45, "heading": 0.15}
 
@@ -309,3 +311,21 @@ def test_legs_that_do_work_run_uphill_more_slowly() -> None:
     # What the legs do is the weight lifted.
     assert np.sum(uphill.work) == pytest.approx(math.sin(math.radians(2.0)), abs=1e-7)
     assert np.sum(level.work) == pytest.approx(0.0, abs=1e-7)
+
+
+def test_of_many_feet_those_sets_are_looked_at_that_are_met() -> None:
+    """Two to the power of seven sets would be too many; of two legs all are met that a walker's gaits have."""
+    walker = load_animal("walker")
+    ask = partial(problem_for, walker, 0.0, "P", {"energy": 816.0})
+    assert set(contacts_met(lambda some: ask(contacts=some))) == {(), ("R",)}
+    leg = walker.legs[0].model_copy(update={"stiffness": 3500.0})
+    hips = [(0.15 * n - 0.25, 0.0) for n in range(8)]
+    legs = tuple(
+        leg.model_copy(update={"name": f"L{n}", "pair": f"{n}", "hip": hip, "offset": 0.5 if n else 0.0})
+        for n, hip in enumerate(hips)
+    )
+    body = {"body": {"mass": 80.0, "inertia": 12.0, "yaw": "free"}}
+    many = Animal(**dict(walker) | body | {"legs": legs, "families": {"P": tuple(str(n) for n in range(8))}})
+    assert contact_sets(many) is None
+    some = contacts_met(lambda some: problem_for(many, 0.0, "P", contacts=some))
+    assert some[0] == () and 3 < len(some) <= 48 and len(set(some)) == len(some)

@@ -15,7 +15,8 @@ from legspring.gait import Gait, Invalid
 from legspring.layout import TIGHT
 from legspring.problem import GaitProblem
 from legspring.returnmap import complete_map
-from legspring.solve import Ending, hindmost, number_branches, solve, sort, starts_for, zeros
+from legspring.solve import Ending, hindmost, number_branches, solve, sort, zeros
+from legspring.starts import starts_for
 from tests.conftest import Cells, read_reference
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import combinations
 from types import MappingProxyType
 
@@ -11,6 +12,7 @@ from legspring.checks import checked_angle, checked_number, checked_vector, show
 from legspring.layout import System
 from legspring.model import Animal
 from legspring.problem import TARGETS, GaitProblem
+from legspring.starts import contacts_met
 
 NOTHING: Mapping[str, float | str] = MappingProxyType({})
 MOST_EARLIER = 6
@@ -162,23 +164,17 @@ def tuned(animal: Animal, slope: float, heading: float, family: str, actuation: 
     )
 
 
-def contact_sets(animal: Animal) -> list[tuple[str, ...]]:
+def contact_sets(animal: Animal) -> list[tuple[str, ...]] | None:
     """Return all sets of legs, of those that do not go by the clock, that may be down from before as a step begins.
 
-    Raises
-    ------
-    ValueError
-        If there are too many.
+    None if there are too many for all of them to be looked at.
     """
     # One whose lift-off begins the step is up.
     lifted = {leg.follows for leg in animal.legs if leg.offset == 0.0}
     others = [leg for leg in animal.legs if leg.offset > 0.0 and leg.touchdown != "clock"]
     legs = [leg.name for leg in others if leg.name not in lifted]
     if len(legs) > MOST_EARLIER:
-        raise ValueError(
-            f"animal = {animal.name!r}: has {len(legs)} legs that events put down, beside those put down as a step "
-            f"begins: must be {MOST_EARLIER} at most for gaits to be looked for; it may be simulated"
-        )
+        return None
     return [some for count in range(len(legs) + 1) for some in combinations(legs, count)]
 
 
@@ -193,11 +189,12 @@ def problems_for(
 ) -> list[GaitProblem]:
     """Return the problems whose solutions are the gaits of one family: one for each set of contacts.
 
-    Where gaits that are not symmetric are looked for as well, those that are come first.
+    Where gaits that are not symmetric are looked for as well, those that are come first. Where there are too many sets
+    for all to be looked at, those that are met.
     """
-    ways = (True, False) if mirrored is False and animal.mirrored else (mirrored,)
-    return [
-        problem_for(animal, slope, family, given, free, actuation=actuation, mirrored=way, contacts=some)
-        for way in ways
-        for some in contact_sets(animal)
-    ]
+
+    def ask(some: tuple[str, ...], way: bool | None) -> GaitProblem:
+        return problem_for(animal, slope, family, given, free, actuation=actuation, mirrored=way, contacts=some)
+
+    ways, sets = (True, False) if mirrored is False and animal.mirrored else (mirrored,), contact_sets(animal)
+    return [ask(some, way) for way in ways for some in sets or contacts_met(partial(ask, way=way))]

@@ -29,7 +29,8 @@ from legspring.objective import Candidate, Goal, Objective, Score
 from legspring.optimum import TIE, Method, Optimum, best_of
 from legspring.problem import NARROW
 from legspring.programme import ITERATIONS, LATEST_OF_ALL, Programme
-from legspring.solve import ROUGH_ACCURACY, ROUGH_GOAL
+from legspring.solve import ROUGH_GOAL
+from legspring.starts import ROUGH_ACCURACY
 
 METHODS: dict[Method, tuple[str, str]] = {
     "default": ("legspring.optimisation:search", "legspring.optima:search"),

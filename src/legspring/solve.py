@@ -23,22 +23,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.asking import checked_targets, problems_for
 from legspring.checks import MOST_STARTS, checked_angle, checked_names, checked_whole
-from legspring.flow import NO_PUSH, IntegrationError, flow, flows
+from legspring.flow import NO_PUSH
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
-from legspring.kernel.walker import OK, Floats
+from legspring.kernel.walker import Floats
 from legspring.layout import ACCURACY, TIGHT, System, slope_for
 from legspring.model import Animal, ModelError
 from legspring.problem import GaitProblem
 from legspring.progress import progress_bar
+from legspring.starts import ROUGH_ACCURACY, contacts_then, starts_for
 
 STARTS = 96
 """Starts for each family."""
-ROUGH_ACCURACY, ROUGH_GOAL = 1e-8, 1e-7
+ROUGH_GOAL = 1e-7
 GOAL = 1e-12
 MOST_ITERATIONS = 40
-MOST_TRIED = 4
-"""Points tried for each start."""
 AT_ONCE = 8
 """Starts between two looks at the effort so far."""
 MOST_EFFORT = 100_000_000
@@ -209,17 +208,6 @@ class Solutions(NamedTuple):
     evaluations: int
 
 
-def spread(count: int, low: Floats, high: Floats) -> Floats:
-    """Return points spread evenly over a box, the same every time: ``(count, n)``."""
-    # A lattice of the golden ratio's kin (R sequence): even, and the same every time.
-    root = 1.5
-    for _ in range(50):
-        root = (1.0 + root) ** (1.0 / (low.size + 1))
-    steps = root ** -np.arange(1.0, low.size + 1)
-    unit = (0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0
-    return low + (high - low) * unit
-
-
 def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, base: Floats | None = None) -> Solutions:
     """Solve a problem's conditions from some starts.
 
@@ -246,19 +234,6 @@ def solve(problem: GaitProblem, starts: Floats, accuracy: float, goal: float, ba
     newton.find_zeros(walker, task, p, z, steps, scale, goal, MOST_ITERATIONS, room, found)
     steps, evaluations = int(found.steps.sum()), int(found.evaluations.sum())
     return Solutions(problem.wrapped(z), found.endings, found.residuals, found.squares, steps, evaluations)
-
-
-def starts_for(problem: GaitProblem, count: int) -> Floats:
-    """Return starting points spread evenly over where gaits can be: ``(count, size)`` or none at all.
-
-    Of an animal whose steps end at touch-downs, those come first from which there is a step to be simulated.
-    """
-    box = problem.box()
-    if box is None or not problem.system.event_driven:
-        return np.zeros((0, problem.size)) if box is None else problem.evenly(spread(count, *box))
-    points = problem.evenly(spread(MOST_TRIED * count, *box))
-    usable = flows(problem.system, problem.points(points), accuracy=ROUGH_ACCURACY).status == OK
-    return points[np.argsort(~usable, kind="stable")][:count]
 
 
 def zeros(
@@ -369,14 +344,9 @@ def settled(problem: GaitProblem, gait: Gait) -> tuple[GaitProblem, Gait]:
     """
     system = problem.system
     for _ in range(MOST_SETTLINGS if system.contacts else 0):
-        try:
-            legs_then = flow(system, gait.point, steps=system.period).contacts()
-        except IntegrationError:
+        names = contacts_then(system, gait.point)
+        if names is None:
             break
-        down = legs_then.down & ~legs_then.lands
-        images = system.animal.partners if system.mirrored else range(len(down))
-        legs = zip(system.animal.legs, images, strict=True)
-        names = tuple(leg.name for leg, image in legs if leg.offset > 0.0 and down[image])
         if names == system.contacts:
             break
         other = replace(problem, system=replace(system, contacts=names))

@@ -32,7 +32,8 @@ from legspring.model import Animal
 from legspring.parallel import in_threads
 from legspring.problem import TARGETS, GaitProblem
 from legspring.progress import progress_bar
-from legspring.solve import number_branches, sort, starts_for, without_doubles, zeros
+from legspring.solve import number_branches, sort, without_doubles, zeros
+from legspring.starts import starts_for
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
@@ -147,8 +148,8 @@ def find_on(
     with progress_bar("searching for gaits", total, show=progress) as tick:
         for each in problems.values():
             of_family: dict[Place, list[Gait]] = {place: [] for place in found}
-            for number in range(len(next(iter(each.values())))):
-                cells = {place: Cell.empty(place, some[number]) for place, some in each.items()}
+            for some in by_contacts(each):
+                cells = {place: Cell.empty(place, problem) for place, problem in some.items()}
                 effort["starts"] += starts * len(cells)
                 points = in_threads(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
                 effort["steps"] += sum(points) + _spread(cells, workers)
@@ -159,6 +160,15 @@ def find_on(
             for place, gaits in of_family.items():
                 found[place] += without_doubles(gaits, each[place]) if len(each[place]) > 1 else gaits
     return {place: number_branches(gaits) for place, gaits in found.items()}, effort
+
+
+def by_contacts(each: Mapping[Place, Sequence[GaitProblem]]) -> list[dict[Place, GaitProblem]]:
+    """Sort the problems of all places by the feet that may be down, and by whether steps mirror one another."""
+    groups: dict[tuple[object, bool], dict[Place, GaitProblem]] = {}
+    for place, some in each.items():
+        for problem in some:
+            groups.setdefault((problem.system.contacts, problem.system.symmetric), {})[place] = problem
+    return list(groups.values())
 
 
 def find_all(

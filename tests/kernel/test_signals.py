@@ -16,7 +16,8 @@ import random, signal, time
 import legspring as ls
 from legspring.flow import flow
 from legspring.asking import tuned
-from legspring.solve import solve, starts_for
+from legspring.solve import solve
+from legspring.starts import starts_for
 
 class Alarm(Exception):
     pass
