@@ -164,15 +164,17 @@ def tuned(animal: Animal, slope: float, heading: float, family: str, actuation: 
     )
 
 
-def contact_sets(animal: Animal) -> list[tuple[str, ...]] | None:
-    """Return all sets of legs, of those that do not go by the clock, that may be down from before as a step begins.
-
-    None if there are too many for all of them to be looked at.
-    """
+def earlier_by_events(animal: Animal) -> list[str]:
+    """Return the legs, of those that do not go by the clock, that may be down from before as a step begins."""
     # One whose lift-off begins the step is up.
     lifted = {leg.follows for leg in animal.legs if leg.offset == 0.0}
     others = [leg for leg in animal.legs if leg.offset > 0.0 and leg.touchdown != "clock"]
-    legs = [leg.name for leg in others if leg.name not in lifted]
+    return [leg.name for leg in others if leg.name not in lifted]
+
+
+def contact_sets(animal: Animal) -> list[tuple[str, ...]] | None:
+    """Return all sets of these legs; None if there are too many for all of them to be looked at."""
+    legs = earlier_by_events(animal)
     if len(legs) > MOST_EARLIER:
         return None
     return [some for count in range(len(legs) + 1) for some in combinations(legs, count)]
@@ -197,4 +199,5 @@ def problems_for(
         return problem_for(animal, slope, family, given, free, actuation=actuation, mirrored=way, contacts=some)
 
     ways, sets = (True, False) if mirrored is False and animal.mirrored else (mirrored,), contact_sets(animal)
-    return [ask(some, way) for way in ways for some in sets or contacts_met(partial(ask, way=way))]
+    legs = earlier_by_events(animal)
+    return [ask(some, way) for way in ways for some in sets or contacts_met(partial(ask, way=way), legs)]

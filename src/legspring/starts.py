@@ -1,6 +1,6 @@
 """Where searches for gaits start: points spread over where gaits can be, and feet that may be down there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -52,15 +52,17 @@ def contacts_then(system: System, p: Floats) -> tuple[str, ...] | None:
     return tuple(leg.name for leg, image in pairs if leg.offset > 0.0 and down[image])
 
 
-def contacts_met(ask: Callable[[tuple[str, ...]], GaitProblem]) -> list[tuple[str, ...]]:
-    """Return sets of feet that are down at the ends of steps, from starts with such sets, beginning with none.
+def contacts_met(ask: Callable[[tuple[str, ...]], GaitProblem], legs: Sequence[str]) -> list[tuple[str, ...]]:
+    """Return sets of feet that are down at the ends of steps, from starts with such sets: none, one, or all, at first.
 
     Parameters
     ----------
     ask
         Returns the problem with some contacts, of legs that do not go by the clock.
+    legs
+        These.
     """
-    known: list[tuple[str, ...]] = [()]
+    known: list[tuple[str, ...]] = [(), *((leg,) for leg in legs), tuple(legs)]
     for some in known:
         problem = ask(some)
         by_event = {leg.name for leg in problem.system.animal.legs if leg.touchdown != "clock"}

@@ -50,6 +50,9 @@ FILES = [
 ]
 GRIDS = ["45", "45,60", "0:90:45", "::", "0:90:0", "0:1e9:1e-9", "nan:1:1", "a", "", "90:0:10", "0:1:1e-320"]
 LISTS = [*4 * ["0.01,0.01,0.01"], "0.01,0.01,0.01", "1,2,3", "1", "", ",", "63,4,-49", "0.1,nan,0", "1,2,3,4"]
+OVERS = [f"{name}={grid}" for name in ("slope_deg", "mass", "energy", "F.stiffness") for grid in GRIDS] + ["a", "="]
+NAMES = ["F.phase", "step_duration", "F.phase,M.phase", "slope", "", "x.y", "mass,mass", "T.stiffness"]
+TARGETS = ["--speed", "--mean-speed", "--energy", "--apex-height", "--lateral-drift", "--free", "--asymmetric"]
 WORDS = [
     *3 * ["A", "B", "P", "stability"],
     "A",
@@ -69,20 +72,21 @@ VALUES: dict[str, list[str]] = {
     "--slope": NUMBERS, "--heading": NUMBERS, "--branch": NUMBERS, "--speed": NUMBERS, "--strides": NUMBERS,
     "--impulse": NUMBERS, "--workers": ["0", "nan", "-1", "1e9", "x"], "--family": WORDS, "--actuation": LISTS,
     "--phase": ["10,20,30", *LISTS], "--figure": FILES, "--footfalls": FILES, "--out": FILES,
-    "--slopes": GRIDS, "--headings": GRIDS,
+    "--slopes": GRIDS, "--headings": GRIDS, "--over": OVERS, "--free": NAMES, "--asymmetric": [],
+    "--mean-speed": NUMBERS, "--energy": NUMBERS, "--apex-height": NUMBERS, "--lateral-drift": NUMBERS,
     "--method": WORDS, "--objective": WORDS, "--map": WORDS, "--only": WORDS, "--json": [], "--no-recovery": [],
     "--help": [], "--version": [],
 }  # fmt: skip
 OPTIONS = {
     "presets": ["--json", "--figure"],
     "parameters": ["--family", "--json"],
-    "gaits": ["--family", "--actuation", "--json", "--figure", "--footfalls"],
+    "gaits": ["--family", "--actuation", "--json", "--figure", "--footfalls", *TARGETS],
     "simulate": [
         *("--branch", "--family", "--speed", "--phase", "--actuation", "--strides", "--out", "--json"),
         *("--figure", "--footfalls"),
     ],
     "recover": ["--impulse", "--branch", "--family", "--actuation", "--json", "--figure"],
-    "atlas": ["--out", "--slopes", "--headings", "--no-recovery", "--actuation"],
+    "atlas": ["--out", "--slopes", "--headings", "--no-recovery", "--actuation", "--over", *TARGETS],
     "optimize": ["--objective", "--family", "--map", "--method", "--json", "--figure"],
     "reproduce": ["--out", "--only", "--method", "--workers"],
 }
@@ -127,9 +131,9 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
         patch.chdir(folder)
         short = functools.partial(solve.search_gaits, starts=4)
         patch.setattr("legspring.solve.search_gaits", short)
-        for name in ("optimisation.search", "peterson2011.reproduce.Store"):
+        for name in ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store"):
             patch.setattr(f"legspring.{name}", worked, raising=False)
-        patch.setattr("legspring.sweep.find_all", worked)
+        patch.setattr("legspring.sweep.find_on", worked)
         yield CliRunner()
 
 
