@@ -9,6 +9,7 @@ import xarray as xr
 
 import legspring as ls
 from legspring import Animal, Gait, load_animal
+from legspring.flow import SEEN, flow
 from legspring.kernel.walker import Floats
 from tests.places import place_of
 
@@ -53,3 +54,29 @@ def test_legs_that_are_still_down_count() -> None:
     turning = 0.5 * gait.animal.body.inertia * gait.yaw_rate**2  # type: ignore[operator]
     assert gait.duty_factor.max() > 0.5
     assert gait.energy > 0.5 * gait.animal.body.mass * gait.speed**2 + turning + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "slope_deg"), [("walker", 0.0), ("driven", 2.0), ("quadruped", 0.0), ("centipede", 0.0)]
+)
+def test_what_is_asked_for_is_what_is_measured(name: str, slope_deg: float) -> None:
+    """The solver observes energy and its derivatives by itself: at the end of a period they are those of the start."""
+    if name == "driven":
+        animal = load_animal("spring_loaded_inverted_pendulum").replace(actuation=0.05, phase=-0.5, damping=60.0)
+    else:
+        animal = load_animal(name)
+    gait = ls.find_gaits(animal, slope_deg=slope_deg)[0]
+    names = ["mass", "gravity", "step_duration", "speed", "slope"]
+    steps = gait.system.period
+    seen = flow(gait.system, gait.point, steps=steps, along=names, everything=True, accuracy=1e-13).seen
+    row = SEEN.index("energy")
+    assert seen[row, 0] == pytest.approx(gait.energy, rel=1e-9)
+    for column, parameter in enumerate(names, start=1):
+        way, size = gait.system.direction(parameter), max(abs(gait.point[gait.system.place_of(parameter)]), 0.1)
+        h = 1e-5 * size
+        ends = [
+            flow(gait.system, gait.point + sign * h * way, steps=steps, everything=True, accuracy=1e-13).seen[row, 0]
+            for sign in (1.0, -1.0)
+        ]
+        difference = (ends[0] - ends[1]) / (2.0 * h)
+        assert seen[row, column] * size == pytest.approx(difference * size, rel=1e-5, abs=1e-6 * gait.energy)

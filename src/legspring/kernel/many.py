@@ -25,6 +25,7 @@ from legspring.kernel.walker import (
     FOOT_X,
     FOOT_Y,
     GRAVITY,
+    GRAVITY_X,
     GYRATION,
     HEADING,
     JET,
@@ -178,9 +179,13 @@ def measure_energy(w: Walker, out: Floats) -> None:
             if d > 0:
                 out[d] -= 0.5 * (y[YAW_RATE, 0] / mobility) ** 2 * w.body[GYRATION, d]
         if w.clock[SIDE_VIEW] != 0.0:
-            out[d] += w.body[GRAVITY, 0] * (y[Y, d] - w.ground[d])
-            if d > 0:
-                out[d] += w.body[GRAVITY, d] * (y[Y, 0] - w.ground[0])
+            # All of gravity counts, whatever the slope.
+            into, along = w.body[GRAVITY], w.body[GRAVITY_X]
+            weight = math.hypot(into[0], along[0])
+            out[d] += weight * (y[Y, d] - w.ground[d])
+            if d > 0 and weight > 0.0:
+                growth = (into[0] * into[d] + along[0] * along[d]) / weight
+                out[d] += growth * (y[Y, 0] - w.ground[0])
     for i in range(w.contacts.shape[0]):
         if w.contacts[i, DOWN] == 0.0:
             continue
