@@ -55,7 +55,7 @@ NONE: list[Any] = [
     -np.inf,
     np.longdouble("1e400"),
     None,
-    object(),
+    object,
     np.datetime64("2011-01-01"),
 ]
 NOT_WHOLE: list[Any] = [*NONE, 2.5, 2.0, np.float64(2.0), Fraction(2), 0, -1, 10**9]
