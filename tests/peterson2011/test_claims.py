@@ -1,7 +1,9 @@
 """Verdicts on the thesis's claims: the known ones, and that each could have come out otherwise."""
 
+import csv
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,11 +12,15 @@ import xarray as xr
 
 import legspring as ls
 from legspring.peterson2011.claims import CLAIMS, Outcome, Results, Verdict, judge
+from legspring.peterson2011.claims.criteria import ALL, NONE, OURS
+from legspring.peterson2011.claims.evidence import THESIS_SEARCH, share, within
 from legspring.peterson2011.published import published_forces
+from legspring.peterson2011.reproduce import save_cells
 from legspring.peterson2011.tables import peak_range
 from legspring.sweep import HEADINGS, SLOPES_DEG
 
 HOLDS, PARTLY, FAILS, OPEN = Outcome.HOLDS, Outcome.PARTLY, Outcome.FAILS, Outcome.OPEN
+UNDECIDED = Outcome.UNDECIDED
 FAMILIES = ("A", "FB", "MB", "B")
 BASE = ("objective", "slope_deg", "heading", "family")
 Change = Callable[[xr.Dataset], xr.Dataset]
@@ -42,25 +48,25 @@ def as_claimed(roach: ls.Animal, atlas: xr.Dataset) -> xr.Dataset:
     objective, family, leg = (xr.DataArray(labels, dims=name, coords={name: labels}) for name, labels in axes.items())
     everywhere = xr.zeros_like(objective == "", dtype=float) + 0.0 * slope + 0.0 * heading
     stable, efficient = (everywhere + (objective == name) for name in axes["objective"])
-    low, sine = slope <= 10.0, np.sin(np.deg2rad(slope))
+    sine = np.sin(np.deg2rad(slope))
     front, middle = family.isin(["A", "FB"]), family.isin(["A", "MB"])
     dip = -0.12 * (abs(heading - 0.1) < 0.01)
     eigenvalue = {
-        "A": either(low, 0.3 + 0.1 * heading + dip, 0.4 + heading) + 0.35 * efficient,
+        "A": either(slope < 20.0, 0.3 + 0.1 * heading + dip, 0.4 + heading) + 0.35 * efficient,
         "FB": 0.6 - 0.5 * heading,
         "MB": either(slope < 20.0, 0.9, 0.045),
         "B": either(slope < 20.0, 0.9, 0.04),
     }
     cost = {
-        "A": 0.55 + 0.002 * slope + 0.4 * heading + dip * (slope == 0.0) + 0.6 * stable,
-        "FB": 0.4 + 0.002 * slope + 0.3 * heading,
+        "A": 0.55 + 0.002 * slope + 0.4 * heading + dip * (slope < 15.0) + 0.6 * stable,
+        "FB": 0.45 + 0.002 * slope + 0.3 * heading,
         "MB": sine + 0.02,
-        "B": either(slope == 10.0, 0.9, sine),
+        "B": either((slope == 10.0) | ((slope == 15.0) & (heading < 0.12)), 0.9, sine),
     }
     there = {
         "A": (slope <= 35.0) & (heading < 0.2) & (slope + heading > 0.0),
         "FB": (slope <= 35.0) & (heading > 0.14),
-        "MB": (slope >= 5.0) & (slope <= 30.0) & (heading < 0.14),
+        "MB": (slope >= 15.0) & (slope <= 30.0) & (heading < 0.14),
         "B": slope >= 10.0,
     }
     shift = 0.03 * efficient
@@ -179,14 +185,14 @@ def renamed(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def test_every_claim_once(results: Results) -> None:
-    assert [judged.number for judged in judge(results)] == list(range(1, 24))
-    assert [claim.chapter for claim in CLAIMS] == [4] * 8 + [5] * 9 + [6] * 6
+    assert [judged.number for judged in judge(results)] == list(range(1, len(CLAIMS) + 1))
+    assert [claim.chapter for claim in CLAIMS] == [4] * 8 + [5] * 9 + [6] * 6 + [4, 5, 6]
 
 
 @pytest.mark.parametrize(
     ("number", "outcome", "found"),
     [
-        (1, HOLDS, "186 of 190"),
+        (1, PARTLY, "186 of 190"),
         (2, FAILS, "100 of 186"),
         (3, HOLDS, "186 of 186"),
         (4, HOLDS, "156 of 186"),
@@ -198,6 +204,8 @@ def test_every_claim_once(results: Results) -> None:
         (19, HOLDS, "37.5 deg"),
         (21, PARTLY, "0.304 m g"),
         (22, FAILS, "5"),
+        (24, PARTLY, "0.524"),
+        (26, PARTLY, "0.607"),
     ],
 )
 def test_true_results(results: Results, number: int, outcome: Outcome, found: str) -> None:
@@ -266,6 +274,7 @@ def test_families_that_never_overlap(results: Results) -> None:
 def test_measured_forces_as_claimed(results: Results) -> None:
     animal = results.measured.copy(deep=True)
     place = {"axis": "fore_aft", "extreme": ["min", "max"]}
+    animal["experiment"].loc[{"axis": "lateral", "slope_deg": 0.0}] = 0.2
     animal["experiment"].loc[place | {"leg": ["F", "M"], "slope_deg": 0.0}] = -0.3
     animal["experiment"].loc[place | {"leg": "M", "slope_deg": 90.0}] = 0.3
     assert verdict(replace(results, measured=animal), 18).verdict == HOLDS
@@ -306,3 +315,45 @@ def test_a_single_cell_decides_nothing(results: Results) -> None:
 
     before, after = judge(results), judge(changed(results, change))
     assert [verdict.verdict for verdict in before] == [verdict.verdict for verdict in after]
+
+
+def test_words_that_mean_less_or_more(results: Results) -> None:
+    (part,) = [part for part in verdict(results, 6).parts if part.what == "gaits that recover within ten steps"]
+    assert (part.claimed, part.outcome, part.lenient, part.strict) == ("most", HOLDS, HOLDS, FAILS)
+    assert (verdict(results, 6).lenient, verdict(results, 6).strict) == (HOLDS, PARTLY)
+
+
+def test_few_cells_decide_nothing_but_that_not_all_are_so() -> None:
+    cells = xr.DataArray([True, True, False, False], {"heading": [0.0, 0.1, 0.2, 0.3]})
+    assert share("x", cells, cells, OURS.as_a_rule).outcome == UNDECIDED
+    assert share("x", cells, cells, OURS.as_a_rule, fewest=2).outcome == HOLDS
+    assert share("x", cells, cells, ALL).outcome == UNDECIDED
+    assert share("x", cells, cells | ~cells, ALL).outcome == FAILS
+    assert share("x", cells, ~cells, NONE, fewest=2).outcome == HOLDS
+
+
+def test_numbers_are_compared_as_exactly_as_they_are_known() -> None:
+    assert within("x", 60.0 - 2e-6, 60.0, 90.0, "deg").outcome == HOLDS
+    assert within("x", 59.9, 60.0, 90.0, "deg").outcome == FAILS
+
+
+def test_cells_and_code_stand_behind_a_verdict(results: Results, tmp_path: Path) -> None:
+    judged = verdict(results, 12)
+    save_cells(judged, tmp_path / "cells.csv")
+    with open(tmp_path / "cells.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    stable = [row for row in rows if row["part"] == "1" and row["search"] == THESIS_SEARCH]
+    assert judged.parts[0].found == f"{sum(float(row['value']) for row in stable):.0f} of {len(stable)} (100%)"
+    assert {row["family"] for row in stable} == set(FAMILIES)
+    assert "def stability(" in judged.code and "def _stability(" in judged.code
+
+
+def test_efficient_gaits_are_asked_for_stability_too(results: Results) -> None:
+    def unstable(dataset: xr.Dataset) -> xr.Dataset:
+        if "objective" not in dataset.dims:
+            return dataset
+        value = dataset["reduced_eigenvalue"]
+        return dataset.assign(reduced_eigenvalue=value + 2.0 * (dataset["objective"] == "efficiency"))
+
+    judged = verdict(changed(results, unstable), 12)
+    assert next(part.what for part in judged.parts if part.outcome == FAILS).startswith("efficiency: ")

@@ -6,7 +6,7 @@ import struct
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,9 @@ import legspring
 from legspring.figures import Film
 from legspring.files import PathLike, check_output, whole_file
 from legspring.peterson2011.claims import Outcome, Results, Verdict
+from legspring.peterson2011.claims.criteria import MEANINGS, Criteria
 from legspring.peterson2011.claims.evidence import animal_of
-from legspring.peterson2011.tables import Table, parameter_table
+from legspring.peterson2011.tables import Cell, Table, parameter_table
 
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "matplotlib")
 WIDE = 1500
@@ -67,7 +68,13 @@ NOTES = {
 }
 """What to know before reading a chapter."""
 
-BADGES = {Outcome.HOLDS: "holds", Outcome.PARTLY: "partly", Outcome.FAILS: "fails", Outcome.OPEN: "open"}
+BADGES = {
+    Outcome.HOLDS: "holds",
+    Outcome.PARTLY: "partly",
+    Outcome.FAILS: "fails",
+    Outcome.UNDECIDED: "open",
+    Outcome.OPEN: "open",
+}
 """Class of each verdict in the style sheet."""
 
 
@@ -119,6 +126,7 @@ def write_report(
     figures: Mapping[str, Picture],
     tables: Mapping[str, Table],
     timings: Mapping[int, float],
+    cells: Mapping[int, Path] | None = None,
     films: Sequence[Moving] = (),
     beyond: Sequence[Section] = (),
     data: Sequence[File] = (),
@@ -137,6 +145,8 @@ def write_report(
         By the thesis's numbers, such as ``"4.2"``.
     timings
         Seconds that the results of each chapter took.
+    cells
+        Files with the cells that each claim was judged by, by its number.
     films
         Moving pictures, which are shown with their chapters.
     beyond
@@ -161,6 +171,8 @@ def write_report(
         verdicts=verdicts,
         counts=Counter(verdict.verdict for verdict in verdicts),
         badges=BADGES,
+        cells=cells or {},
+        criteria=criteria_table(),
         beyond=beyond,
         data=data,
         parameters=parameter_table(animal_of(results.atlas)),
@@ -241,6 +253,16 @@ def duration(seconds: float) -> str:
     if seconds < 90.0:
         return f"{seconds:.1f} s" if seconds < 10.0 else f"{seconds:.0f} s"
     return f"{seconds / 60.0:.1f} min"
+
+
+def criteria_table() -> Table:
+    """Return what the thesis's words are taken to mean."""
+    rows: list[tuple[Cell, ...]] = []
+    for each in fields(Criteria):
+        values = (float(getattr(criteria, each.name)) for criteria in MEANINGS.values())
+        rows.append((str(each.metadata["words"]), *values))
+    caption = "What words are taken to mean: the thesis gives no numbers, and these are ours."
+    return Table("", caption, ("criterion", *MEANINGS), tuple(rows))
 
 
 def provenance(results: Results) -> Table:

@@ -427,6 +427,10 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
     results = store.results
     verdicts = judge(results)
     save_verdicts(verdicts, directory / "data" / "claims.csv")
+    make_directory(directory / "data" / "claims")
+    cells = {verdict.number: directory / "data" / "claims" / f"claim_{verdict.number}.csv" for verdict in verdicts}
+    for verdict in verdicts:
+        save_cells(verdict, cells[verdict.number])
     pictures = {
         key: directory / "figures" / f"{figure.stem}.png" for key, figure in [*FIGURES.items(), *BEYOND.items()]
     }
@@ -440,6 +444,7 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
         directory / "report.html",
         results=results,
         verdicts=verdicts,
+        cells=cells,
         figures={number: Picture(pictures[number], figure.caption) for number, figure in FIGURES.items()},
         tables={number: store.table(number) for number in TABLES},
         timings=timings,
@@ -459,7 +464,22 @@ def save_verdicts(verdicts: Sequence[Verdict], path: Path) -> None:
     """Save the verdicts as CSV."""
     with whole_file(path) as file, file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        writer.writerow(("number", "chapter", "claim", "verdict", "found", "why"))
-        for verdict in verdicts:
-            row = (verdict.number, verdict.chapter, verdict.claim, verdict.verdict, verdict.found, verdict.why)
-            writer.writerow(row)
+        writer.writerow(("number", "chapter", "claim", "verdict", "lenient", "strict", "found", "why"))
+        for one in verdicts:
+            outcomes = (one.verdict, one.lenient, one.strict)
+            writer.writerow((one.number, one.chapter, one.claim, *outcomes, one.found, one.why))
+
+
+def save_cells(verdict: Verdict, path: Path) -> None:
+    """Save what the parts of a verdict were judged by, cell by cell, as CSV."""
+    arrays = [part.evidence for part in verdict.parts]
+    dims = list(dict.fromkeys(str(dim) for each in arrays for array in each.values() for dim in array.dims))
+    with whole_file(path) as file, file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(("part", "quantity", "search", *dims, "value"))
+        for number, part in enumerate(verdict.parts, start=1):
+            for search, array in part.evidence.items():
+                for place in np.argwhere(np.isfinite(array.values)):
+                    at = {dim: array[dim].values[n] for dim, n in zip(array.dims, place, strict=True)}
+                    value = float(array.values[tuple(place)])
+                    writer.writerow((number, part.what, search, *(at.get(dim, "") for dim in dims), f"{value:.9g}"))

@@ -1,16 +1,27 @@
 """The claims of D. E. Peterson's thesis (2011), each judged by criteria in numbers.
 
-`CLAIMS` lists them; each has a function that looks at the results and judges the claim's parts. The criteria are in
-those functions, their common thresholds in `legspring.peterson2011.claims.evidence`.
+`CLAIMS` lists them; each has a function that looks at the results and judges the claim's parts. What the
+thesis's words are taken to mean is in `legspring.peterson2011.claims.criteria`, where it can mean less or more, too.
 """
 
+import inspect
+import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from legspring.peterson2011.claims import chapter4, chapter5, chapter6
+from legspring.peterson2011.claims.criteria import MEANINGS
 from legspring.peterson2011.claims.evidence import Outcome, Part, Results, Verdict, combine
 
 __all__ = ["CLAIMS", "Claim", "Outcome", "Part", "Results", "Verdict", "judge"]
+
+NOT_SO = {
+    Outcome.FAILS: "Not so",
+    Outcome.PARTLY: "Partly so",
+    Outcome.UNDECIDED: "Undecided",
+    Outcome.OPEN: "Not checked",
+}
+"""How to begin to say what does not simply hold."""
 
 
 @dataclass(frozen=True)
@@ -23,11 +34,21 @@ class Claim:
     parts: Callable[[Results], list[Part]]
 
     def judge(self, results: Results) -> Verdict:
-        """Judge the claim by its parts."""
-        parts = tuple(self.parts(results))
+        """Judge the claim by its parts, and see which would come out otherwise if words meant less, or more."""
+        meanings = (replace(results, criteria=criteria) for criteria in MEANINGS.values())
+        parts = tuple(
+            replace(ours, lenient=lenient.outcome, strict=strict.outcome)
+            for lenient, ours, strict in zip(*map(self.parts, meanings), strict=True)
+        )
         found = " ".join(part.sentence for part in parts if part.outcome != Outcome.OPEN)
         outcome = combine(part.outcome for part in parts)
-        return Verdict(self.number, self.chapter, self.text, outcome, found, _why(parts), parts)
+        return Verdict(self.number, self.chapter, self.text, outcome, found, _why(parts), parts, self.code)
+
+    @property
+    def code(self) -> str:
+        """The function that judges it, and the one that looks at either search, where there is one."""
+        inner = getattr(sys.modules[self.parts.__module__], f"_{self.parts.__name__}", None)
+        return "\n\n".join(inspect.getsource(function).rstrip() for function in (self.parts, inner) if function)
 
 
 CLAIMS = (
@@ -189,6 +210,26 @@ CLAIMS = (
         "rad; animals do so at 0.15 +- 0.10 rad.",
         chapter6.chosen_heading,
     ),
+    Claim(
+        24,
+        4,
+        "From 25 deg on most gaits are ideally stable and cheap: eigenvalues approach zero.",
+        chapter4.towards_zero,
+    ),
+    Claim(
+        25,
+        5,
+        "Under both objectives the gaits of FB and of B have nearly equal eigenvalues; A, FB and MB exist in parts of "
+        "the map only.",
+        chapter5.same_eigenvalues,
+    ),
+    Claim(
+        26,
+        6,
+        "Legs are down for more than half of a stride: in animals for 52 to 66 % on the level, 50 to 74 % on the "
+        "vertical (quoted from measurements).",
+        chapter6.duty,
+    ),
 )
 """What the thesis claims."""
 
@@ -212,7 +253,7 @@ def judge(results: Results) -> list[Verdict]:
 def _why(parts: tuple[Part, ...]) -> str:
     """Say which parts do not hold, and the reasons as far as they are known."""
     sentences = []
-    for outcome, words in ((Outcome.FAILS, "Not so"), (Outcome.PARTLY, "Partly so"), (Outcome.OPEN, "Not checked")):
+    for outcome, words in NOT_SO.items():
         which = [part for part in parts if part.outcome == outcome]
         if which:
             reasons = " ".join(dict.fromkeys(part.reason for part in which if part.reason))

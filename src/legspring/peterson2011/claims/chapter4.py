@@ -5,19 +5,20 @@ import math
 import numpy as np
 import xarray as xr
 
+from legspring.peterson2011.claims.criteria import ALL, NONE
 from legspring.peterson2011.claims.evidence import (
     LOW_SLOPE,
-    MOST,
-    NEARLY_ALL,
     STEEP_SLOPE,
     Part,
     Results,
     animal_of,
     at,
+    both_ways,
     degrees,
     exists,
     grows,
     mean,
+    median,
     pushes,
     ratio,
     share,
@@ -29,24 +30,28 @@ from legspring.peterson2011.claims.evidence import (
 
 EXACT = 1e-6
 """Difference of costs that counts as none where the thesis says "exactly"."""
-SHORT_PATH_DEG = -30.0
-"""Phase of the back legs below which it is strongly negative, deg."""
-QUICK = 20.0
-"""Steps within which a recovery is quick."""
-SPEED_RANGE = 0.2
-"""Relative deviation from the desired speed with which the initial speed still follows it."""
 
 
 def existence(results: Results) -> list[Part]:
     """Claim 1: the cells with a gait, and where the others lie."""
-    gaits = results.published
+    gaits, criteria = results.published, results.criteria
     there = exists(gaits)
+    everywhere = there | ~there
     origin = (gaits["slope_deg"] == 0.0) & (gaits["heading"] == 0.0)
     middle = (gaits["slope_deg"] >= 25.0) & (gaits["slope_deg"] <= 65.0) & (gaits["heading"] >= 0.4 - 1e-9)
+    place = "with slopes of 25 to 65 deg and headings from 0.40 rad"
     return [
-        share("cells with a gait", there, there | ~there, least=MOST),
-        share("empty cells with slopes of 25 to 65 deg and headings from 0.40 rad", middle, ~there & ~origin, MOST),
-        share("gaits of the four families at 0 deg, 0 rad in which every leg works", there, origin, most=0.0),
+        share("cells with a gait", there, everywhere, criteria.most),
+        # All empty cells there are: however few, they are no sample.
+        share(f"empty cells that lie among those {place}", middle, ~there & ~origin, criteria.as_a_rule, fewest=1),
+        share(f"cells {place} that are empty", ~there, middle & everywhere, criteria.as_a_rule),
+        share(
+            "gaits of the four families at 0 deg, 0 rad in which every leg works",
+            there,
+            origin & everywhere,
+            NONE,
+            fewest=1,
+        ),
     ]
 
 
@@ -60,14 +65,14 @@ def uniqueness(results: Results) -> list[Part]:
     )
     second = "There are further solutions, in which the back legs' phase is less negative; the thesis shows one only."
     return [
-        share("cells with two gaits or more", count > 1, count > 0, most=0.0, reason=second),
-        share("cells with gaits of two families or more", families > 1, count > 0, most=0.0, reason=second),
+        share("cells with two gaits or more", count > 1, count > 0, NONE, reason=second),
+        share("cells with gaits of two families or more", families > 1, count > 0, NONE, reason=second),
     ]
 
 
 def speed(results: Results) -> list[Part]:
     """Claim 3: the initial speed against the desired one."""
-    gaits = results.published
+    gaits, criteria = results.published, results.criteria
     animal = animal_of(gaits)
     desired = xr.DataArray(
         [animal.desired_speed(math.radians(slope)) for slope in gaits["slope_deg"].values],
@@ -75,19 +80,19 @@ def speed(results: Results) -> list[Part]:
     )
     deviation = abs(gaits["speed"] / desired - 1.0)
     return [
-        grows("initial speed with slope", gaits["speed"], "slope_deg", falls=True, least=NEARLY_ALL),
+        grows("initial speed with slope", gaits["speed"], "slope_deg", criteria.nearly_all, falls=True),
         share(
-            f"gaits whose initial speed is within {SPEED_RANGE:.0%} of the desired one",
-            deviation <= SPEED_RANGE,
+            f"gaits whose initial speed is within {criteria.follows:.0%} of the desired one",
+            deviation <= criteria.follows,
             exists(gaits),
-            NEARLY_ALL,
+            criteria.nearly_all,
         ),
     ]
 
 
 def functions(results: Results) -> list[Part]:
     """Claim 4: which legs push where, and their phases."""
-    gaits = results.published
+    gaits, criteria = results.published, results.criteria
     there, front, back = exists(gaits), pushes(gaits, "F"), degrees(gaits, "B")
     rows = there.any("slope_deg")
     turning = turns(front, there, "slope_deg")
@@ -104,21 +109,27 @@ def functions(results: Results) -> list[Part]:
             "headings at which the front legs push first, pull later and stay so",
             turning.notnull() & ~again,
             rows,
-            MOST,
+            criteria.as_a_rule,
         ),
         share(
             "turns at which the phase is the latest and the stance the shortest",
             latest & shortest,
             turning.notnull(),
-            MOST,
+            criteria.as_a_rule,
+        ),
+        *both_ways(
+            ("gaits with pushing middle legs", pushes(gaits, "M")),
+            ("at slopes up to 35 deg and headings up to 0.20 rad", low),
+            there,
+            only=criteria.nearly_all,
+            there=criteria.most,
         ),
         share(
-            "gaits with pushing middle legs that have a slope up to 35 deg and a heading up to 0.20 rad",
-            low,
-            pushes(gaits, "M"),
-            NEARLY_ALL,
+            f"gaits whose back legs have a phase below {criteria.early:.0f} deg",
+            back < criteria.early,
+            there,
+            criteria.most,
         ),
-        share(f"gaits whose back legs have a phase below {SHORT_PATH_DEG:.0f} deg", back < SHORT_PATH_DEG, there, 0.5),
         back_legs(results),
     ]
 
@@ -131,7 +142,8 @@ def back_legs(results: Results) -> Part:
     gaits = results.back_pulls
     cells = int(exists(gaits).any("branch").sum())
     reason = "Such gaits exist; the thesis did not meet them."
-    return yes(what, wanted, f"{int(exists(gaits).sum())} in {cells} cells", cells == 0, reason)
+    found = f"{int(exists(gaits).sum())} in {cells} cells"
+    return yes(what, wanted, found, cells == 0, reason, of=exists(gaits))
 
 
 def _last(true: xr.DataArray) -> xr.DataArray:
@@ -148,11 +160,19 @@ def stability(results: Results) -> list[Part]:
     low = at(gaits, slope_deg=(0.0, LOW_SLOPE))
     row = value.where(low).mean("slope_deg")
     middle = turns(pushes(gaits, "M").where(low, False), low, "heading")
+    part = "mean eigenvalue from 60 deg, in units of that up to 10 deg"
     return [
-        share("gaits that are stable by the thesis's map", value < 1.0, there, 1.0),
-        share("gaits that are stable by the complete map", gaits["max_multiplier"] < 1.0, there, 1.0),
-        within("mean eigenvalue from 60 deg, in units of that up to 10 deg", ratio(steep, mean(value, low)), 0.0, 0.5),
-        within("heading with the least mean eigenvalue on slopes up to 10 deg", _place(row, "min"), 0.3, 0.4, "rad"),
+        share("gaits that are stable by the thesis's map", value < 1.0, there, ALL),
+        share("gaits that are stable by the complete map", gaits["max_multiplier"] < 1.0, there, ALL),
+        within(part, ratio(steep, mean(value, low)), 0.0, 0.5, claimed="less", of=value),
+        within(
+            "heading with the least mean eigenvalue on slopes up to 10 deg",
+            _place(row, "min"),
+            0.3,
+            0.4,
+            "rad",
+            of=row,
+        ),
         within(
             "heading with the least one below 0.2 rad",
             _place(row.where(row["heading"] < 0.2), "min"),
@@ -166,8 +186,17 @@ def stability(results: Results) -> list[Part]:
             0.15,
             0.25,
             "rad",
+            claimed="about 0.20 rad",
         ),
-        within("heading at which the middle legs turn there (mean)", mean(middle), 0.15, 0.25, "rad"),
+        within(
+            "heading at which the middle legs turn there (mean)",
+            mean(middle),
+            0.15,
+            0.25,
+            "rad",
+            claimed="about 0.20 rad",
+            of=middle,
+        ),
     ]
 
 
@@ -180,34 +209,43 @@ def _place(row: xr.DataArray, extreme: str) -> float:
 
 def recovery(results: Results) -> list[Part]:
     """Claim 6: steps to recover from an impulse of half the momentum, and their rank correlation with stability."""
-    gaits = results.published
+    gaits, criteria = results.published, results.criteria
     steps = gaits["recovery_steps"].sel(impulse=0.5, method="nearest", tolerance=1e-6)
     known = steps.notnull()
     ranks = [values.values[known.values].argsort().argsort() for values in (steps, gaits["reduced_eigenvalue"])]
-    alike = float(np.corrcoef(ranks)[0, 1]) if int(known.sum()) > 2 else math.nan
+    correlation = float(np.corrcoef(ranks)[0, 1]) if int(known.sum()) > 2 else math.nan
     return [
-        share("gaits that recover within ten steps", steps <= 10.0, exists(gaits), 0.5),
-        within("greatest number of steps", float(steps.max()), 70.0, math.inf),
-        within("rank correlation of steps and eigenvalue", alike, 0.8, 1.0),
+        share("gaits that recover within ten steps", steps <= 10.0, exists(gaits), criteria.most),
+        within("greatest number of steps", float(steps.max()), 70.0, math.inf, of=steps),
+        within("rank correlation of steps and eigenvalue", correlation, criteria.alike, 1.0, claimed="alike", of=steps),
     ]
 
 
 def impulses(results: Results) -> list[Part]:
     """Claim 7: recovery from all impulses at a heading of 0.15 rad."""
+    criteria = results.criteria
     gaits = results.published.sel(heading=0.15, method="nearest", tolerance=1e-6)
     steps = gaits["recovery_steps"]
     # Without an impulse there is nothing to recover from.
     pushed = exists(gaits) & (abs(gaits["impulse"]) > 1e-9)
     slowest = steps.max("impulse")
     return [
-        share("pairs of gait and impulse with a recovery", gaits["recovered"] == 1.0, pushed, 1.0),
+        share("pairs of gait and impulse with a recovery", gaits["recovered"] == 1.0, pushed, ALL),
         share(
-            f"recoveries above 20 deg within {QUICK:.0f} steps",
-            steps <= QUICK,
+            f"recoveries above 20 deg within {criteria.quick:.0f} steps",
+            steps <= criteria.quick,
             pushed & (gaits["slope_deg"] > 20.0),
-            NEARLY_ALL,
+            criteria.nearly_all,
         ),
-        within("slope of the slowest recovery", _slope(slowest), 10.0, 20.0, "deg"),
+        within(
+            "slope of the slowest recovery",
+            _slope(slowest),
+            15.0 - criteria.border,
+            15.0 + criteria.border,
+            "deg",
+            claimed="15 deg",
+            of=slowest,
+        ),
     ]
 
 
@@ -217,20 +255,27 @@ def _slope(values: xr.DataArray) -> float:
 
 def cost(results: Results) -> list[Part]:
     """Claim 8: the cost of family B against the least possible one, and that of the others over heading."""
-    gaits = results.published
+    gaits, criteria = results.published, results.criteria
     there, value = exists(gaits), gaits["transport_cost"]
     least = np.sin(np.deg2rad(gaits["slope_deg"]))
     back_only = gaits["family"] == "B"
     low = at(gaits, slope_deg=(0.0, LOW_SLOPE))
     return [
-        share("gaits of family B that cost sin(slope) to 1e-6", abs(value - least) <= EXACT, back_only, NEARLY_ALL),
-        share("other gaits that cost more", value > least + EXACT, there & ~back_only, NEARLY_ALL),
-        grows("cost with heading on slopes up to 10 deg", value.where(low), "heading"),
+        share(
+            "gaits of family B that cost sin(slope) to 1e-6",
+            abs(value - least) <= EXACT,
+            back_only & there,
+            criteria.nearly_all,
+        ),
+        share("other gaits that cost more", value > least + EXACT, there & ~back_only, criteria.nearly_all),
+        grows("cost with heading on slopes up to 10 deg", value.where(low), "heading", criteria.as_a_rule),
         within(
             "rise of the cost where the middle legs turn there, in units of its mean rise elsewhere",
             _jump(gaits, low),
             1.5,
             math.inf,
+            claimed="jumps",
+            of=value.where(low),
         ),
     ]
 
@@ -240,3 +285,32 @@ def _jump(gaits: xr.Dataset, cells: xr.DataArray) -> float:
     rise = gaits["transport_cost"].where(cells).diff("heading")
     turning = pushes(gaits, "M").where(cells, False).astype(int).diff("heading") == -1
     return ratio(mean(rise, turning), mean(rise, ~turning))
+
+
+def towards_zero(results: Results) -> list[Part]:
+    """Claim 24: from 25 deg on, how near to ideal the stability of gaits with fixed actuation, and their cost, are."""
+    gaits, criteria = results.published, results.criteria
+    value, steep = gaits["reduced_eigenvalue"], at(gaits, slope_deg=(25.0, 90.0))
+    least = np.sin(np.deg2rad(gaits["slope_deg"]))
+    medians = [
+        within(
+            f"median eigenvalue over headings at {slope:g} deg",
+            median(value.where(at(gaits, slope_deg=(slope, slope)))),
+            0.0,
+            criteria.ideal,
+            claimed="approaching zero",
+            of=value.where(at(gaits, slope_deg=(slope, slope))),
+        )
+        for slope in (25.0, 40.0, 90.0)
+    ]
+    return [
+        share(
+            f"gaits from 25 deg with an eigenvalue up to {criteria.ideal:g}",
+            value <= criteria.ideal,
+            steep,
+            criteria.most,
+        ),
+        *medians,
+        grows("eigenvalue with slope from 25 deg", value.where(steep), "slope_deg", criteria.as_a_rule, falls=True),
+        share("gaits from 25 deg that cost sin(slope)", gaits["transport_cost"] <= least + EXACT, steep, criteria.most),
+    ]

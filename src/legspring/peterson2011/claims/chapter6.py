@@ -4,18 +4,19 @@ import math
 
 import xarray as xr
 
+from legspring.peterson2011.claims.criteria import ALL, FEWEST
 from legspring.peterson2011.claims.evidence import (
-    MOST,
-    NEARLY_ALL,
     STEEP_SLOPE,
     Optima,
     Part,
     Results,
     at,
+    both_ways,
     by_both,
     exists,
     grows,
     mean,
+    median,
     pushes,
     share,
     turns,
@@ -26,23 +27,26 @@ from legspring.peterson2011.claims.evidence import (
 from legspring.peterson2011.tables import OBJECTIVES, peak_range
 
 NAMES = {"F": "front", "M": "middle", "B": "back"}
-FACTOR = 2.0
-"""Ratio up to which forces are of the same size."""
-UNIFORM = 0.25
-"""Standard deviation, in units of the mean, up to which forces are nearly uniform."""
 ROUNDING = 0.02
 """Deviation from the thesis's ranges, printed with two decimals, that counts as none, m g."""
 
 
 def measured(results: Results) -> list[Part]:
-    """Claim 18: the signs of the measured fore-aft forces."""
+    """Claim 18: the signs of the measured forces, fore-aft and, where a push or a pull shows in them, lateral."""
     low, high = extremes(results)
     turning = low["slope_deg"].isin([15.0, 30.0])
     front = low.notnull() & turning & (low["leg"] == "F")
     sides = [("F", 0.0, True), ("M", 0.0, True), ("B", 0.0, True), ("F", 90.0, False), ("M", 90.0, False)]
     return [
         *(_side(results, leg, slope, pushing) for leg, slope, pushing in [*sides, ("B", 90.0, True)]),
-        share("ranges of front forces at 15 and 30 deg that have both signs", (low < 0.0) & (high > 0.0), front, 1.0),
+        *(_outward(results, leg) for leg in "FMB"),
+        share(
+            "ranges of front forces at 15 and 30 deg that have both signs",
+            (low < 0.0) & (high > 0.0),
+            front,
+            ALL,
+            fewest=min(FEWEST, int(front.sum())),
+        ),
     ]
 
 
@@ -67,40 +71,57 @@ def _side(results: Results, leg: str, slope: float, pushing: bool) -> Part:
     return yes(what, wanted, f"{low:.2f} to {high:.2f}", reach > 0.0, reason)
 
 
+def _outward(results: Results, leg: str) -> Part:
+    """Judge whether the lateral forces on the level are those of a leg that pushes: inwards, from the foot's side."""
+    what = f"lateral force of the {NAMES[leg]} legs at 0 deg"
+    claimed = "mostly above 0 (push)"
+    low, high = (float(extreme.sel(leg=leg, axis="lateral", slope_deg=0.0)) for extreme in extremes(results))
+    if math.isnan(low + high):
+        return unknown(what, claimed, "The thesis's tables give no numbers.")
+    return yes(what, claimed, f"{low:.2f} to {high:.2f}", low + high > 0.0, "The range reaches farther to pulling.")
+
+
 def fixed_forces(results: Results) -> list[Part]:
     """Claim 19: where the legs of gaits with fixed actuation turn, and how even the back legs' forces are."""
-    gaits = results.published
-    there = exists(gaits)
+    gaits, criteria = results.published, results.criteria
+    there, border = exists(gaits), criteria.border
     front, middle = (turns(pushes(gaits, leg), there, "slope_deg") for leg in "FM")
     back = gaits["peak_force"].sel(leg="B")
     spread = back.std(["slope_deg", "heading"]) / back.mean(["slope_deg", "heading"])
     first = middle.dropna("heading")
     return [
         share(
-            "headings at which the front legs turn within a cell of 10 to 30 deg",
-            (front >= 7.5) & (front <= 32.5),
+            "headings at which the front legs turn between 10 and 30 deg",
+            (front >= 10.0 - border) & (front <= 30.0 + border),
             front.notnull(),
-            MOST,
+            criteria.as_a_rule,
         ),
-        grows("slope of that turn with heading", front, "heading"),
-        within("slope at which the middle legs turn at the lowest heading", mean(first[:1]), 30.0, 40.0, "deg"),
+        grows("slope of that turn with heading", front, "heading", criteria.as_a_rule),
+        within(
+            "slope at which the middle legs turn at the lowest heading",
+            mean(first[:1]),
+            35.0 - border,
+            35.0 + border,
+            "deg",
+            claimed="near 35 deg",
+            of=middle,
+        ),
         share(
             "gaits with pulling middle legs from 0.25 rad",
             ~pushes(gaits, "M"),
             at(gaits, heading=(0.25, 1.0)),
-            NEARLY_ALL,
+            criteria.nearly_all,
         ),
-        within(
-            "spread of the back legs' lateral force, in units of its mean",
-            float(spread.sel(axis="lateral")),
-            0.0,
-            UNIFORM,
-        ),
-        within(
-            "spread of the back legs' fore-aft force, in units of its mean",
-            float(spread.sel(axis="fore_aft")),
-            0.0,
-            UNIFORM,
+        *(
+            within(
+                f"spread of the back legs' {axis.replace('_', '-')} force, in units of its mean",
+                float(spread.sel(axis=axis)),
+                0.0,
+                criteria.uniform,
+                claimed="nearly uniform",
+                of=back.sel(axis=axis),
+            )
+            for axis in ("lateral", "fore_aft")
         ),
     ]
 
@@ -111,31 +132,48 @@ def optimal_forces(results: Results) -> list[Part]:
 
 
 def _optimal_forces(optima: Optima) -> list[Part]:
+    criteria = optima.criteria
+    nearly, rule, border = criteria.nearly_all, criteria.as_a_rule, criteria.border
     stable, efficient = optima.best("stability"), optima.best("efficiency")
-    below, above = at(stable, slope_deg=(0.0, 19.0)), at(stable, slope_deg=(21.0, 90.0))
-    middle = pushes(stable, "M")
+    there, slope, heading = exists(stable), stable["slope_deg"], stable["heading"]
+    front, middle = pushes(stable, "F"), pushes(stable, "M")
+    # At 20 deg itself either may be so.
+    below, above, high = slope < 19.0, slope > 21.0, heading > 0.2 + 1e-9
     turn = turns(pushes(efficient, "F"), exists(efficient), "slope_deg")
-    corner = at(efficient, slope_deg=(0.0, 19.0), heading=(0.0, 0.1))
+    corner = (efficient["slope_deg"] < 19.0) & (efficient["heading"] <= 0.1 + 1e-9)
     return [
-        share("stability: gaits below 20 deg with pushing front legs", pushes(stable, "F"), below, MOST),
-        share("stability: gaits above 20 deg with pulling middle legs", ~middle, above, NEARLY_ALL),
+        *both_ways(
+            ("stability: gaits with pushing front legs", front),
+            ("below 20 deg", slope <= 20.0),
+            there,
+            only=rule,
+            there=rule,
+        ),
+        share("stability: gaits above 20 deg with pulling middle legs", ~middle, there & above, nearly),
         share(
             "stability: gaits below 20 deg, above 0.20 rad, with pulling middle legs",
             ~middle,
-            below & (stable["heading"] > 0.2 + 1e-9),
-            MOST,
+            there & below & high,
+            rule,
         ),
         share(
-            "efficiency: headings at which the front legs turn within a cell of 10 to 20 deg",
-            (turn >= 7.5) & (turn <= 22.5),
+            "stability: gaits below 20 deg, up to 0.20 rad, with pushing middle legs",
+            middle,
+            there & below & ~high,
+            rule,
+        ),
+        share(
+            "efficiency: headings at which the front legs turn between 10 and 20 deg",
+            (turn >= 10.0 - border) & (turn <= 20.0 + border),
             turn.notnull(),
-            MOST,
+            rule,
         ),
-        share(
-            "efficiency: gaits with pushing middle legs that lie below 20 deg and up to 0.10 rad",
-            corner,
-            pushes(efficient, "M"),
-            NEARLY_ALL,
+        *both_ways(
+            ("efficiency: gaits with pushing middle legs", pushes(efficient, "M")),
+            ("below 20 deg, up to 0.10 rad", corner),
+            exists(efficient),
+            only=nearly,
+            there=rule,
         ),
     ]
 
@@ -151,34 +189,38 @@ def agreement(results: Results) -> list[Part]:
     beyond = low - animal.sel(extreme="max", drop=True)
     return [
         *parts,
-        within("least lateral force of the back legs", float(low.min()), 0.30 - ROUNDING, 0.30 + ROUNDING, "m g"),
-        within("greatest one", float(high.max()), 0.42 - ROUNDING, 0.42 + ROUNDING, "m g"),
-        share(
-            "slopes at which all of it is beyond the measured range",
-            beyond > 0.0,
-            beyond.notnull(),
-            1.0,
+        within(
+            "least lateral force of the back legs",
+            float(low.min()),
+            0.30 - ROUNDING,
+            0.30 + ROUNDING,
+            "m g",
+            claimed="0.30 m g",
+            of=low,
         ),
+        within("greatest one", float(high.max()), 0.42 - ROUNDING, 0.42 + ROUNDING, "m g", claimed="0.42 m g", of=high),
+        share("slopes at which all of it is beyond the measured range", beyond > 0.0, beyond.notnull(), ALL),
     ]
 
 
 def _compare(name: str, gaits: xr.Dataset, results: Results) -> list[Part]:
     """Compare the greatest magnitudes, and the signs of front forces where the measured ones have but one."""
     model, animal = xr.align(peak_range(gaits), results.measured["experiment"])
+    criteria = results.criteria
     ratio = abs(model).max("extreme") / abs(animal).max("extreme")
     clear = (animal.prod("extreme", skipna=False) >= 0.0) & ratio.notnull() & (animal["leg"] == "F")
     return [
         share(
-            f"{name}: greatest forces within a factor of 2 of the measured ones",
-            (ratio <= FACTOR) & (ratio >= 1.0 / FACTOR),
+            f"{name}: greatest forces within a factor of {criteria.factor:g} of the measured ones",
+            (ratio <= criteria.factor) & (ratio >= 1.0 / criteria.factor),
             ratio.notnull(),
-            MOST,
+            criteria.as_a_rule,
         ),
         share(
             f"{name}: front forces with the measured sign, where that is clear",
             model.sum("extreme") * animal.sum("extreme") > 0.0,
             clear,
-            NEARLY_ALL,
+            criteria.nearly_all,
         ),
     ]
 
@@ -191,8 +233,8 @@ def steep_recovery(results: Results) -> list[Part]:
     fewest = float(steep.min())
     slow = "Legs that are still down carry a disturbance from step to step; the thesis's map leaves them out."
     return [
-        within("fewest steps on slopes from 60 deg", fewest, 1.0, 2.0, reason=slow),
-        within("mean number there", mean(steep), 1.0, 2.0),
+        within("fewest steps on slopes from 60 deg", fewest, 1.0, 2.0, reason=slow, claimed="close to one", of=steep),
+        within("mean number there", mean(steep), 1.0, 2.0, claimed="close to one", of=steep),
     ]
 
 
@@ -207,15 +249,46 @@ def chosen_heading(results: Results) -> list[Part]:
 
 
 def _chosen_heading(optima: Optima) -> list[Part]:
-    stable = _best_heading(optima.best("stability"), "reduced_eigenvalue")
-    cheap = _best_heading(optima.best("efficiency"), "transport_cost")
+    stable = _over_low_slopes(optima.best("stability"), "reduced_eigenvalue")
+    cheap = _over_low_slopes(optima.best("efficiency"), "transport_cost")
     return [
-        within("heading of the most stable gaits up to 10 deg", stable, 0.1, 0.15, "rad"),
-        within("heading of the cheapest gaits up to 10 deg", cheap, 0.075, 0.125, "rad"),
+        within("heading of the most stable gaits up to 10 deg", _least(stable), 0.1, 0.15, "rad", of=stable),
+        within(
+            "heading of the cheapest gaits up to 10 deg",
+            _least(cheap),
+            0.075,
+            0.125,
+            "rad",
+            claimed="about 0.10 rad",
+            of=cheap,
+        ),
     ]
 
 
-def _best_heading(gaits: xr.Dataset, name: str) -> float:
-    """Heading with the least mean over low slopes, among those with a gait on every one of them."""
-    row = gaits[name].where(at(gaits, slope_deg=(0.0, 10.0)), drop=True).mean("slope_deg", skipna=False)
+def _over_low_slopes(gaits: xr.Dataset, name: str) -> xr.DataArray:
+    """Mean of each heading over low slopes, missing unless there is a gait on every one of them."""
+    return gaits[name].where(at(gaits, slope_deg=(0.0, 10.0)), drop=True).mean("slope_deg", skipna=False)
+
+
+def _least(row: xr.DataArray) -> float:
     return float(row.idxmin("heading")) if bool(row.notnull().any()) else math.nan
+
+
+DUTY = {"level": (0.0, 0.52, 0.66), "vertical": (90.0, 0.50, 0.74)}
+"""Duty factors of animals as the thesis quotes them: slope in deg, from, to."""
+
+
+def duty(results: Results) -> list[Part]:
+    """Claim 26: how long legs are down, by pairs, against what the thesis quotes of animals."""
+    gaits = results.published
+    if "duty_factor" not in gaits:
+        return [unknown("duty factors", "52 to 74 %", "They were not computed.")]
+    parts = []
+    for name, (slope, low, high) in DUTY.items():
+        there = at(gaits, slope_deg=(slope, slope), heading=(0.05, 0.25))
+        for pair in gaits["leg"].values:
+            legs = [leg for leg in gaits["single_leg"].values if str(leg).startswith(str(pair))]
+            share_down = gaits["duty_factor"].where(there).sel(single_leg=legs)
+            what = f"median share for which legs {pair} are down on the {name}, headings of 0.05 to 0.25 rad"
+            parts.append(within(what, median(share_down), low, high, of=share_down))
+    return parts

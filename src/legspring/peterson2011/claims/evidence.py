@@ -2,8 +2,8 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -12,19 +12,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from legspring.model import Animal
+from legspring.peterson2011.claims.criteria import ACCURACY, FEWEST, OURS, SAME, Criteria, Word
 
 Floats = NDArray[np.float64]
 
-MOST = 0.75
-"""Share of the cells that "most" or "largely" asks for, and share of the changes that "grows" asks for."""
-NEARLY_ALL = 0.9
-"""Share that "all" asks for on one side of a border; what the thesis calls universal must be so in every cell."""
-FEW = 0.1
-"""Share of the cells that "rarely" allows."""
-NEAR = 0.25
-"""Relative deviation that "near" a number allows."""
-SAME = 1e-3
-"""Changes below it are none: of eigenvalues, costs, and actuations in units of the leg's length."""
+OUR_SEARCH, THESIS_SEARCH = "least actuation among the best", "Nelder-Mead"
+"""The two searches that optimised gaits come from."""
+
 LOW_SLOPE, STEEP_SLOPE = 10.0, 60.0
 """Greatest of the low and least of the steep slopes, deg."""
 
@@ -35,6 +29,7 @@ class Outcome(StrEnum):
     HOLDS = "holds"
     PARTLY = "holds in part"
     FAILS = "does not hold"
+    UNDECIDED = "cannot be decided"
     OPEN = "cannot be checked"
 
 
@@ -46,21 +41,32 @@ class Part:
     ----------
     what
         The quantity.
+    claimed
+        What the thesis says of it.
     wanted
-        What the claim says of it, as a criterion in numbers.
+        What that is taken to mean; empty where the thesis's own number decides.
     found
-        The number found.
+        The number found, and of how many cells.
     outcome
         Whether the one is like the other.
     reason
         Why it is not, where that is known.
+    lenient, strict
+        What becomes of it if the criterion is eased or tightened.
+    evidence
+        What was looked at, cell by cell, by search: the quantity, or 1 where it is so and 0 where not; missing where
+        the claim does not speak of the cell.
     """
 
     what: str
+    claimed: str
     wanted: str
     found: str
     outcome: Outcome
     reason: str = ""
+    lenient: Outcome | None = None
+    strict: Outcome | None = None
+    evidence: Mapping[str, xr.DataArray] = field(default_factory=dict)
 
     @property
     def sentence(self) -> str:
@@ -86,6 +92,8 @@ class Verdict:
         Which parts do not hold and why; empty if all do.
     parts
         All parts of the claim.
+    code
+        What judges it, as it stands in the package.
     """
 
     number: int
@@ -95,11 +103,22 @@ class Verdict:
     found: str
     why: str
     parts: tuple[Part, ...]
+    code: str = ""
+
+    @property
+    def lenient(self) -> Outcome:
+        """What would become of it if words meant less."""
+        return combine(part.lenient or part.outcome for part in self.parts)
+
+    @property
+    def strict(self) -> Outcome:
+        """What would become of it if words meant more."""
+        return combine(part.strict or part.outcome for part in self.parts)
 
     @property
     def decisive(self) -> Part:
         """The part to name where there is room for one only: one that does not hold, if there is any."""
-        order = (Outcome.FAILS, Outcome.PARTLY, Outcome.OPEN, Outcome.HOLDS)
+        order = (Outcome.FAILS, Outcome.PARTLY, Outcome.UNDECIDED, Outcome.OPEN, Outcome.HOLDS)
         return min(self.parts, key=lambda part: order.index(part.outcome))
 
 
@@ -120,6 +139,8 @@ class Results:
         Peak forces of animals, of `legspring.peterson2011.published.published_forces`.
     back_pulls
         An atlas of the families in which the back legs pull; None if nobody has looked for them.
+    criteria
+        What the thesis's words are taken to mean.
     """
 
     atlas: xr.Dataset
@@ -129,6 +150,7 @@ class Results:
     selected_nelder_mead: xr.Dataset
     measured: xr.Dataset
     back_pulls: xr.Dataset | None = None
+    criteria: Criteria = OURS
 
     @property
     def published(self) -> xr.Dataset:
@@ -138,7 +160,10 @@ class Results:
     @property
     def searches(self) -> tuple["Optima", "Optima"]:
         """Optimised gaits by either search."""
-        return Optima(self.optima, self.selected), Optima(self.nelder_mead, self.selected_nelder_mead)
+        return (
+            Optima(self.optima, self.selected, self.criteria),
+            Optima(self.nelder_mead, self.selected_nelder_mead, self.criteria),
+        )
 
 
 @dataclass(frozen=True)
@@ -147,6 +172,7 @@ class Optima:
 
     families: xr.Dataset
     selected: xr.Dataset
+    criteria: Criteria
 
     def of(self, objective: str, family: str) -> xr.Dataset:
         """Gaits of one family, optimised for one objective."""
@@ -175,48 +201,90 @@ def _merge(best: Part, thesis: Part) -> Part:
     """Put the findings of the two searches into one part."""
     outcome = combine([best.outcome, thesis.outcome])
     found = best.found if best.found == thesis.found else f"{best.found}; by Nelder-Mead {thesis.found}"
+    evidence = {
+        OUR_SEARCH: best.evidence.get("", xr.DataArray()),
+        THESIS_SEARCH: thesis.evidence.get("", xr.DataArray()),
+    }
+    merged = replace(best, found=found, outcome=outcome, evidence=evidence)
     if best.outcome == thesis.outcome:
-        return replace(best, found=found)
-    reason = "One of the two searches does not bear it out."
-    return replace(best, found=found, outcome=outcome, reason=reason)
+        return merged
+    return replace(merged, reason="One of the two searches does not bear it out.")
 
 
-def yes(what: str, wanted: str, found: str, holds: bool, reason: str = "") -> Part:
+def yes(
+    what: str, claimed: str, found: str, holds: bool, reason: str = "", wanted: str = "", of: xr.DataArray | None = None
+) -> Part:
     """Return a part that holds or does not."""
-    return Part(what, wanted, found, Outcome.HOLDS if holds else Outcome.FAILS, reason)
+    evidence = {} if of is None else {"": of.astype(float)}
+    return Part(what, claimed, wanted, found, Outcome.HOLDS if holds else Outcome.FAILS, reason, evidence=evidence)
 
 
-def unknown(what: str, wanted: str, reason: str) -> Part:
-    """Return a part about which there are no data."""
-    return Part(what, wanted, "no data", Outcome.OPEN, reason)
+def unknown(what: str, claimed: str, reason: str, found: str = "no data") -> Part:
+    """Return a part that nothing can be compared with."""
+    return Part(what, claimed, "", found, Outcome.OPEN, reason)
 
 
 def share(
-    what: str,
-    true: xr.DataArray,
-    among: xr.DataArray,
-    least: float = 0.0,
-    most: float = 1.0,
-    reason: str = "",
+    what: str, true: xr.DataArray, among: xr.DataArray, word: Word, reason: str = "", fewest: int = FEWEST
 ) -> Part:
-    """Judge in how large a share of some cells something is so."""
-    wanted = f"at least {least:.0%}" if least else f"at most {most:.0%}"
-    wanted = {(1.0, 1.0): "all", (0.0, 0.0): "none"}.get((least, most), wanted)
+    """Judge in how large a share of some cells something is so.
+
+    What is said of all cells is disproved by one; of few cells, nothing else is decided.
+    """
     total, count = int(among.sum()), int((true & among).sum())
     if not total:
-        return unknown(what, wanted, "There are no such cells.")
-    part = count / total
-    return yes(what, wanted, f"{count} of {total} ({100 * part:.3g}%)", least <= part <= most, reason)
+        return replace(unknown(what, word.words, "There are no such cells."), wanted=word.wanted)
+    found = f"{count} of {total} ({100 * count / total:.3g}%)"
+    part = yes(what, word.words, found, word.keeps(count / total), reason, word.wanted, true.where(among))
+    universal = word.least == word.most
+    if total >= fewest or (universal and part.outcome == Outcome.FAILS):
+        return part
+    return replace(part, outcome=Outcome.UNDECIDED, reason=f"So few cells (less than {fewest}) decide nothing.")
 
 
-def within(what: str, value: float, low: float, high: float, unit: str = "", reason: str = "") -> Part:
-    """Judge whether a number lies in a range, which may be open upwards."""
+def both_ways(
+    true: tuple[str, xr.DataArray], place: tuple[str, xr.DataArray], among: xr.DataArray, only: Word, there: Word
+) -> list[Part]:
+    """Judge whether something is so in a place only, and whether it is so there: of what is so, and of the place."""
+    (what, so), (where, inside) = true, place
+    return [
+        share(f"{what} that lie {where}", inside, so & among, only),
+        share(f"of cells {where}: {what}", so, inside & among, there),
+    ]
+
+
+def within(
+    what: str,
+    value: float,
+    low: float,
+    high: float,
+    unit: str = "",
+    reason: str = "",
+    *,
+    claimed: str = "",
+    of: xr.DataArray | None = None,
+) -> Part:
+    """Judge whether a number lies in a range, which may be open upwards, as exactly as it is known.
+
+    Parameters
+    ----------
+    what, value, low, high, unit, reason
+        The quantity, its value and the range.
+    claimed
+        What the thesis says, where the range is not its own.
+    of
+        What the number is made of, cell by cell.
+    """
     numbers = f"{low:.3g}" if low == high else f"{low:.3g} to {high:.3g}"
-    wanted = f"{numbers} {unit}".strip() if math.isfinite(high) else f"at least {low:.3g} {unit}".strip()
+    if not math.isfinite(low + high):
+        numbers = f"at least {low:.3g}" if math.isfinite(low) else f"at most {high:.3g}"
+    wanted = f"{numbers} {unit}".strip()
+    words = (claimed, wanted) if claimed else (wanted, "")
     if math.isnan(value):
-        return unknown(what, wanted, "There are no such cells.")
+        return replace(unknown(what, words[0], "There are no such cells."), wanted=words[1])
     found = f"{value:.3g} {unit}".strip() if math.isfinite(value) else "nowhere"
-    return yes(what, wanted, found, low <= value <= high, reason)
+    slack = ACCURACY.get(unit, SAME)
+    return yes(what, words[0], found, low - slack <= value <= high + slack, reason, words[1], of)
 
 
 def ratio(value: float, unit: float) -> float:
@@ -224,23 +292,25 @@ def ratio(value: float, unit: float) -> float:
     return value / unit if unit > 0.0 else math.nan
 
 
-def near(what: str, value: float, number: float) -> Part:
+def near(what: str, value: float, number: float, criteria: Criteria, of: xr.DataArray | None = None) -> Part:
     """Judge whether a number is near another one."""
-    return within(what, value, (1.0 - NEAR) * number, (1.0 + NEAR) * number)
+    low, high = ((1.0 + sign * criteria.near) * number for sign in (-1, 1))
+    return within(what, value, low, high, claimed=f"about {number:g}", of=of)
 
 
-def grows(what: str, values: xr.DataArray, along: str, falls: bool = False, least: float = MOST) -> Part:
+def grows(what: str, values: xr.DataArray, along: str, word: Word, falls: bool = False) -> Part:
     """Judge whether values grow along a dimension: in how many pairs of cells the farther one has more."""
     rows = values.transpose(..., along).values
     first, second = np.triu_indices(rows.shape[-1], 1)
     change = rows[..., second] - rows[..., first]
     change = (-change if falls else change)[np.isfinite(change)]
-    word = "falls" if falls else "grows"
-    wanted = f"{word} in at least {least:.0%} of the pairs"
+    verb = "falls" if falls else "grows"
+    wanted = f"in {word.wanted or 'all'} of the pairs"
     if not change.size:
-        return unknown(what, wanted, "There are no such cells.")
+        return replace(unknown(what, verb, "There are no such cells."), wanted=wanted)
     part = float(np.mean(change > SAME))
-    return yes(what, wanted, f"{word} in {part:.0%}", part >= least)
+    found = f"{verb} in {part:.0%} of {change.size} pairs"
+    return yes(what, verb, found, word.keeps(part), wanted=wanted, of=values)
 
 
 def turns(before: xr.DataArray, known: xr.DataArray, along: str) -> xr.DataArray:
@@ -299,3 +369,9 @@ def mean(values: xr.DataArray, cells: xr.DataArray | None = None) -> float:
     chosen = values.values if cells is None else values.where(cells).values
     known = chosen[np.isfinite(chosen)]
     return float(known.mean()) if known.size else math.nan
+
+
+def median(values: xr.DataArray) -> float:
+    """Median of all known values; nan if there are none."""
+    known = values.values[np.isfinite(values.values)]
+    return float(np.median(known)) if known.size else math.nan
