@@ -7,6 +7,7 @@ import xarray as xr
 
 from legspring import cockroach
 from legspring.measures.registry import BY_NAME
+from legspring.sweep import IMPULSE, IMPULSES
 
 FAMILIES = ["A", "FB", "MB", "B"]
 DIMENSIONS = {
@@ -20,6 +21,8 @@ DIMENSIONS = {
     "speed": [],
     "value": [],
     "penalised": [],
+    "recovery_steps": ["impulse"],
+    "recovered": ["impulse"],
 }
 
 
@@ -34,14 +37,17 @@ def made_up_optima(slopes_deg: tuple[float, ...], headings: tuple[float, ...], s
         "leg": ["F", "M", "B"],
         "single_leg": [leg.name for leg in cockroach().legs],
         "axis": ["lateral", "fore_aft"],
+        "impulse": ("impulse", list(IMPULSES), IMPULSE),
     }
     sizes = {"objective": 2, "slope_deg": len(slopes_deg), "heading": len(headings), "family": 4, "leg": 3, "axis": 2}
+    sizes["impulse"] = len(IMPULSES)
     cell = ["objective", "slope_deg", "heading", "family"]
     there = random.random([sizes[dim] for dim in cell]) < 0.5
     there[:, -1, -1] = False
     variables = {}
     for name, more in DIMENSIONS.items():
         numbers = random.uniform(-1.0 if "force" in name else 0.0, 1.0, [sizes[dim] for dim in cell + more])
+        numbers = np.round(numbers) if name == "recovered" else numbers
         numbers[~there] = np.nan
         attributes = BY_NAME[name].attributes if name in BY_NAME else {"units": "1", "long_name": name}
         variables[name] = (cell + more, numbers, attributes)

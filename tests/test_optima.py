@@ -21,7 +21,7 @@ from legspring.solve import refined
 from tests.made_up import DIMENSIONS, FAMILIES, made_up_optima
 
 CELL = ("objective", "slope_deg", "heading", "family")
-GRID: dict[str, Any] = {"slopes_deg": (60, 65), "headings": (0.15, 0.2), "workers": 1}
+GRID: dict[str, Any] = {"slopes_deg": (60, 65), "headings": (0.15, 0.2), "impulses": (-0.5, 0.5), "workers": 1}
 ONE: dict[str, Any] = {"slopes_deg": (60,), "headings": (0.15,), "workers": 1}
 
 
@@ -47,7 +47,7 @@ def small(request: pytest.FixtureRequest) -> xr.Dataset:
 
 def test_schema(small: xr.Dataset) -> None:
     sizes = {"objective": 2, "slope_deg": 2, "heading": 2, "family": 4, "leg": 3, "single_leg": 6, "axis": 2}
-    assert dict(small.sizes) == sizes
+    assert dict(small.sizes) == sizes | {"impulse": 2}
     assert small.objective.values.tolist() == ["stability", "efficiency"]
     assert small.family.values.tolist() == FAMILIES
     assert small.slope_deg.values.tolist() == [60, 65] and small.heading.values.tolist() == [0.15, 0.2]
@@ -68,6 +68,16 @@ def test_form_is_that_of_made_up_optima(small: xr.Dataset) -> None:
         if name in BY_NAME:
             assert small[name].attrs == promised[name].attrs
     assert small.active.dims == promised.active.dims
+
+
+def test_optima_recover_as_their_gaits_do(small: xr.Dataset) -> None:
+    known = small.sel(objective="stability", slope_deg=60, heading=0.15, family="B")
+    roach = ls.cockroach().replace(actuation=known["actuation"].values.tolist())
+    gaits = ls.find_gaits(roach, slope_deg=60, heading=0.15, family="B")
+    (gait,) = (gait for gait in gaits if np.allclose(gait.phase, known["phase"], atol=1e-5))
+    steps = [gait.recover(impulse).steps for impulse in (-0.5, 0.5)]
+    assert None not in steps and known["recovery_steps"].values.tolist() == steps
+    assert known["recovered"].values.tolist() == [1.0, 1.0]
 
 
 def test_methods_are_told(default: xr.Dataset, thesis: xr.Dataset) -> None:

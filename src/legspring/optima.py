@@ -17,7 +17,8 @@ from legspring.actuated import GOAL, Map, pair_lengths
 from legspring.checks import LARGEST_SEED, checked_choice, checked_grid, checked_whole, checked_workers
 from legspring.constraints import Constraint, Constraints, named_constraints
 from legspring.files import code_stamp
-from legspring.measures.registry import BY_NAME, OF_OPTIMA, Measure, mapped, measured
+from legspring.measures.registry import BY_NAME, OF_OPTIMA, OF_RECOVERIES, Measure, mapped, measured
+from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.memory import Memory
 from legspring.model import Animal
 from legspring.objective import Candidate, Goal, Objective, Penalty, Score
@@ -40,10 +41,10 @@ from legspring.optimisation import (
     ties,
     ties_of,
 )
-from legspring.optimum import TIE, Method
+from legspring.optimum import TIE, Method, Optimum
 from legspring.parallel import Processes, processes
 from legspring.progress import progress_bar
-from legspring.sweep import HEADINGS, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
+from legspring.sweep import HEADINGS, IMPULSE, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
 
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64
@@ -69,7 +70,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Case:
-    """One family in one cell, and what is to be small there."""
+    """One family in one cell, what is to be small there, and the impulses from which its optima are to recover."""
 
     animal: Animal
     slope_deg: float
@@ -77,11 +78,17 @@ class Case:
     family: str
     of: Map
     constraints: Constraints
+    impulses: tuple[float, ...] = ()
 
     def objective(self, goal: Goal) -> Objective:
         """Return the objective for a goal."""
         slope, constraints = math.radians(self.slope_deg), self.constraints
         return Objective(self.animal, slope, self.heading, self.family, goal, self.of, constraints=constraints)
+
+    def measured(self, optimum: Optimum) -> dict[str, Any]:
+        """Return what a dataset says about an optimum."""
+        values = measured((*mapped(optimum.animal), *OF_OPTIMA), optimum)
+        return values | (measured(OF_RECOVERIES, optimum.recovery_steps(self.impulses)) if self.impulses else {})
 
 
 Cases = dict[Spot, Case]
@@ -182,12 +189,12 @@ def origins_of(cases: Cases, ends: dict[Key, list[End]], spot: Spot, goal: Goal)
 def measured_end(case: Case, goal: Goal, end: End) -> dict[str, Any] | None:
     """Return what a dataset says about the end of a search; None if that is no gait after all."""
     optimum = finished(case.objective(goal), end, "default")
-    return None if optimum is None else measured(measures_of(case.animal), optimum)
+    return None if optimum is None else case.measured(optimum)
 
 
-def measures_of(animal: Animal) -> tuple[Measure, ...]:
+def measures_of(animal: Animal, impulses: Sequence[float]) -> tuple[Measure, ...]:
     """Return all that a map says of an optimum."""
-    return (*mapped(animal), *OF_OPTIMA)
+    return (*mapped(animal), *OF_OPTIMA, *(OF_RECOVERIES if impulses else ()))
 
 
 def best_total(ends: Sequence[End]) -> float:
@@ -345,6 +352,7 @@ def optimal_atlas(
     cache: str | os.PathLike[str] | None = None,
     progress: bool = False,
     constraints: Constraints | str = "peterson2011",
+    impulses: Sequence[float] = (),
 ) -> xr.Dataset:
     """Map the gaits with the best actuation over slope and heading, for each family and for both objectives.
 
@@ -369,12 +377,15 @@ def optimal_atlas(
         Whether to show progress bars.
     constraints
         See `legspring.optimize`.
+    impulses
+        Sideways impulses to recover from, in units of m v_des; none: no recovery.
 
     Returns
     -------
     xarray.Dataset
-        Over objective, slope_deg, heading, family, leg (pairs of legs), single_leg and axis; missing where there is no
-        gait. Its attribute ``seconds`` counts the time of runs that were stopped, too, as far as their work is used.
+        Over objective, slope_deg, heading, family, leg (pairs of legs), single_leg, axis and impulse; missing where
+        there is no gait. Its attribute ``seconds`` counts the time of runs that were stopped, too, as far as their
+        work is used.
 
     Raises
     ------
@@ -385,9 +396,10 @@ def optimal_atlas(
     headings = checked_grid("headings", headings, math.pi / 2)
     seed, count = checked_whole("seed", seed, 0, LARGEST_SEED), checked_workers(workers)
     checked_choice("method", method, METHODS)
+    impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0)
     rules = named_constraints(constraints)
     cases = {
-        (row, column, family): Case(animal, slope, heading, family, map, rules)
+        (row, column, family): Case(animal, slope, heading, family, map, rules, impulses)
         for row, slope in enumerate(slopes_deg)
         for column, heading in enumerate(headings)
         for family in animal.families
@@ -402,7 +414,9 @@ def optimal_atlas(
     coords = coordinates(animal, {"slope_deg": slopes_deg, "heading": headings})
     coords["objective"] = ("objective", list(GOALS), {"long_name": "what is minimised"})
     coords["family"] = ("family", list(animal.families), BY_NAME["family"].attributes)
-    dataset = empty_map(measures_of(animal), ("objective", "slope_deg", "heading", "family"), coords)
+    if impulses:
+        coords["impulse"] = ("impulse", list(impulses), IMPULSE)
+    dataset = empty_map(measures_of(animal, impulses), ("objective", "slope_deg", "heading", "family"), coords)
     dataset.attrs = provenance(animal, {}) | {
         "title": f"Gaits of {animal.name} with the best actuation over slope and heading",
         "map": map,

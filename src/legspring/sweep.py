@@ -37,6 +37,7 @@ from legspring.starts import starts_for
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
+IMPULSE = {"units": "m v_des", "long_name": "sideways impulse"}
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
 STARTS, MORE_STARTS = 4, 24
 """Starts for each family in each cell, and those where nothing is known of where gaits lie; neighbours give more."""
@@ -306,7 +307,7 @@ def atlas(
     branches = 1 + max((gait.branch for _, gait in gaits), default=0)
     coords = coordinates(animal, grid.over)
     coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
-    coords["impulse"] = ("impulse", list(impulses), {"units": "m v_des", "long_name": "sideways impulse"})
+    coords["impulse"] = ("impulse", list(impulses), IMPULSE)
     dataset = empty_map((*mapped(animal), *OF_RECOVERIES), (*grid.over, "branch"), coords)
     fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
     say_what_is_missing(dataset, [gait for _, gait in gaits])

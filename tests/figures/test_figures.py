@@ -137,7 +137,7 @@ def test_maps_side_by_side_share_a_bar(maps: xr.Dataset) -> None:
     for panel, leg in enumerate("FMB"):
         np.testing.assert_allclose(cells(figure, panel), np.degrees(maps["phase"].sel(leg=leg, branch=0).values.T))
     *panels, bar = figure.axes
-    assert [axes.get_title() for axes in panels] == ["leg F", "leg M", "leg B"]
+    assert [axes.get_title() for axes in panels] == ["a) leg F", "b) leg M", "c) leg B"]
     assert bar.get_ylim() == (-30.0, 60.0)
     assert bar.get_ylabel() == "phase of the actuation (deg)"
 

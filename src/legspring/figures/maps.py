@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
+from string import ascii_lowercase
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,9 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
+from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
 from legspring.drawing.style import COLUMN, MARKERS, PAGE, diverging, label, new_figure, sequential, styled, units
@@ -21,6 +24,8 @@ Limits = tuple[float, float]
 
 NOT_RECOVERED = 100.0
 """What a gait that does not recover is drawn as, in steps."""
+NEUTRAL = 1e-6
+"""Excess of a multiplier over 1 that does not make a gait unstable: what is conserved has a multiplier of 1."""
 
 
 class Map(NamedTuple):
@@ -66,7 +71,7 @@ def draw_atlas(
     Returns
     -------
     matplotlib.figure.Figure
-        Cells without a gait are hatched, gaits that do not recover are crossed.
+        Cells without a gait are hatched in gray, unstable gaits in black; gaits that do not recover are crossed.
 
     Raises
     ------
@@ -119,6 +124,7 @@ def draw_panels(
         draw_map(axes, dataset, name, limits=limits, families=families, **place)
         for axes, place in zip(grid, places, strict=True)
     ]
+    add_letters(maps)
     add_bar(figure, maps)
     add_legend(figure, maps)
     return figure
@@ -158,8 +164,9 @@ def draw_map(
     mesh = fill_cells(axes, values, limits)
     axes.set(xlabel=label(grid[x].attrs, x), ylabel=label(grid[y].attrs, y))
     axes.set_title(title if title is not None else place)
+    handles = hatch_unstable(axes, grid, x, y)
     # Large enough to show around the marker of the family.
-    handles = mark(axes, grid, x, y, lost, "x", meaning="not recovered", size=8.0)
+    handles += mark(axes, grid, x, y, lost, "x", meaning="not recovered", size=8.0)
     if families and "family" in grid.data_vars:
         for marker, family in zip(MARKERS, family_order(dataset), strict=False):
             handles += mark(axes, grid, x, y, grid["family"].values == family, marker, meaning=family)
@@ -223,6 +230,12 @@ def value_range(arrays: Sequence[Floats]) -> Limits:
     return (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
 
 
+def add_letters(maps: Sequence[Map]) -> None:
+    """Put a), b), ... before the maps' titles."""
+    for letter, drawn in zip(ascii_lowercase, maps, strict=False):
+        drawn.axes.set_title(f"{letter}) {drawn.axes.get_title()}")
+
+
 def add_bar(figure: Figure, maps: Sequence[Map]) -> None:
     """Add one colour bar for maps in the same colours; it is pointed where values lie beyond it."""
     first, limits = maps[0], maps[0].mesh.get_clim()
@@ -269,6 +282,26 @@ def mark(
             label=meaning,
         )
     ]
+
+
+def hatch_unstable(axes: Axes, grid: xr.Dataset, x: str, y: str) -> list[Artist]:
+    """Hatch the cells whose gaits are unstable by the complete map; return the legend's entry, if there are any."""
+    if "max_multiplier" not in grid:
+        return []
+    rows, columns = np.nonzero(grid["max_multiplier"].values > 1.0 + NEUTRAL)
+    if not len(rows):
+        return []
+    across, up = edges(grid[x].values), edges(grid[y].values)
+    cells = [
+        Path.unit_rectangle().transformed(Affine2D.from_values(*corner))
+        for corner in (
+            (across[column + 1] - across[column], 0.0, 0.0, up[row + 1] - up[row], across[column], up[row])
+            for row, column in zip(rows, columns, strict=True)
+        )
+    ]
+    look: dict[str, Any] = {"facecolor": "none", "edgecolor": "black", "linewidth": 0.0, "hatch": "xxxx"}
+    axes.add_patch(PathPatch(Path.make_compound_path(*cells), **look))
+    return [Patch(label="unstable", **look)]
 
 
 def empty(axes: Axes) -> list[Artist]:

@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from operator import itemgetter
+from itertools import compress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +13,9 @@ import xarray as xr
 from legspring.peterson2011.claims.evidence import animal_of, exists
 from legspring.peterson2011.decay import NUDGE
 from legspring.peterson2011.figures.beyond import BEYOND, complete_minus_reduced, second_minus_first
+from legspring.peterson2011.figures.families import FAMILY_FIGURES
+from legspring.peterson2011.fronts import SAME as NO_DIFFERENCE
+from legspring.peterson2011.fronts import undominated
 from legspring.peterson2011.report import Picture, Section
 from legspring.peterson2011.tables import LEG_WORDS, Cell, Table
 
@@ -20,10 +23,6 @@ SAME = 1e-6
 """Differences below it are none."""
 STABLE = 0.1
 """Eigenvalue below which we speak of a gait that is all but ideally stable."""
-YIELD = 0.1
-"""How much of the eigenvalue to give up for a lower cost."""
-FREE = 0.01
-"""Difference of costs below which there is no conflict of stability and efficiency."""
 STRIKING = 5
 """How many cells of each kind a table names."""
 
@@ -33,6 +32,7 @@ def sections(
     decays: xr.Dataset,
     back_pulls: xr.Dataset,
     fronts: xr.Dataset,
+    families: Section,
     yaw: Section,
     pictures: Mapping[str, Path],
 ) -> list[Section]:
@@ -49,6 +49,8 @@ def sections(
     fronts
         Gaits from the most stable to the cheapest of each family: ``reduced_eigenvalue`` and ``transport_cost`` over
         slope_deg, family and point, missing where there is none; heading (rad) is among its attributes.
+    families
+        Of `legspring.peterson2011.families.section`.
     yaw
         Of `legspring.peterson2011.yawing.section`.
     pictures
@@ -60,6 +62,7 @@ def sections(
         (_true_stability(atlas, decays), ["beyond_true_stability", "beyond_decays"]),
         (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
         (_trade_off(fronts), ["beyond_trade_off"]),
+        (families, [figure.number for figure in FAMILY_FIGURES]),
         (yaw, ["beyond_yaw", "beyond_yaw_forces"]),
     )
     return [replace(part, figures=[shown[name] for name in names if name in shown]) for part, names in parts]
@@ -275,99 +278,58 @@ def _family_table(gaits: xr.Dataset, published: xr.Dataset) -> Table:
 
 def _trade_off(fronts: xr.Dataset) -> Section:
     heading = "What stability costs"
-    rows = [row for slope in fronts["slope_deg"].values.tolist() if (row := _bargain(fronts.sel(slope_deg=slope)))]
-    if not rows:
+    all_gaits = {slope: _overall_front(fronts.sel(slope_deg=slope)) for slope in fronts["slope_deg"].values.tolist()}
+    gaits = {slope: found for slope, found in all_gaits.items() if found}
+    if not gaits:
         return Section(heading, ["There are no gaits with optimised actuation to compare."])
-    free = [row for row in rows if row.stable_cost - row.least_cost <= FREE]
-    dear = [row for row in rows if row not in free]
     paragraphs = [
         f"A gait may be optimised for stability or for efficiency, or for anything in between. At heading "
         f"{fronts.attrs['heading']:g} rad, the front from the most stable to the cheapest gait was computed for "
-        f"{_number_of(len(rows), 'slope')}, family by family; what follows compares all families.",
+        f"{_number_of(len(gaits), 'slope')}, family by family. The table has the front of all families together: the "
+        "gaits to which no other one is preferable in both. What a bit of stability costs depends on where on the "
+        "front one stands.",
     ]
-    if dear:
-        falls = "; ".join(
-            f"at {row.slope:g} deg from {row.stable_cost:.3f} to {row.yielding_cost:.3f} "
-            f"({_share(row.stable_cost - row.yielding_cost, row.stable_cost - row.least_cost)} of what the cheapest "
-            "gait would save)"
-            for row in dear
-        )
+    if ends := [_ends(slope, front) for slope, front in gaits.items() if len(front) > 1]:
+        paragraphs.append(f"Between its ends, the front leads {'; '.join(ends)}.")
+    if single := [f"{slope:g}" for slope, front in gaits.items() if len(front) == 1]:
         paragraphs.append(
-            f"Where the two conflict, the last bit of stability has its price. If the eigenvalue may be {YIELD:g} "
-            f"above the least, the cost falls {falls}."
+            f"There is no conflict at {_list(single)} deg: there, one gait is the most stable and the cheapest one."
         )
-    if free:
-        paragraphs.append(
-            f"There is no conflict at {_list([f'{row.slope:g}' for row in free])} deg: there the most stable gait "
-            f"costs at most {FREE:g} more than the cheapest one."
-        )
-    return Section(heading, paragraphs, tables=[_bargain_table(rows)])
+    return Section(heading, paragraphs, tables=[_front_table(gaits)])
 
 
-class Bargain(NamedTuple):
-    """What stability costs at a slope, over all families.
+class Compromise(NamedTuple):
+    """A gait on a front: largest eigenvalue magnitude of the thesis's map, transport cost, and family."""
 
-    Attributes
-    ----------
-    slope
-        deg.
-    stable_family, least_eigenvalue, stable_cost
-        The most stable gait; of several, the cheapest.
-    yielding_family, yielding_cost
-        The cheapest gait whose eigenvalue is at most `YIELD` above the least.
-    cheap_family, least_cost, cheap_eigenvalue
-        The cheapest gait; of several, the most stable.
-    """
-
-    slope: float
-    stable_family: str
-    least_eigenvalue: float
-    stable_cost: float
-    yielding_family: str
-    yielding_cost: float
-    cheap_family: str
-    least_cost: float
-    cheap_eigenvalue: float
+    eigenvalue: float
+    cost: float
+    family: str
 
 
-def _bargain(fronts: xr.Dataset) -> Bargain | None:
-    """Find the ends of all fronts of a slope, and the cheapest gait near the more stable end."""
+def _overall_front(fronts: xr.Dataset) -> list[Compromise]:
+    """Return the gaits of a slope, of all families, to which none is preferable; the most stable one comes first."""
     known = fronts.stack(gait=("family", "point")).dropna("gait")
-    gaits = list(
-        zip(
-            known["reduced_eigenvalue"].values.tolist(),
-            known["transport_cost"].values.tolist(),
-            known["family"].values.tolist(),
-            strict=True,
-        )
-    )
-    if not gaits:
-        return None
-    stable = min(gaits)
-    yielding = min((gait for gait in gaits if gait[0] <= stable[0] + YIELD), key=itemgetter(1, 0))
-    cheap = min(gaits, key=itemgetter(1, 0))
-    return Bargain(
-        float(fronts["slope_deg"]), stable[2], *stable[:2], yielding[2], yielding[1], cheap[2], cheap[1], cheap[0]
+    names = ("reduced_eigenvalue", "transport_cost", "family")
+    gaits = sorted(Compromise(*row) for row in zip(*(known[name].values.tolist() for name in names), strict=True))
+    points = np.array([gait[:2] for gait in gaits]).reshape(-1, 2)
+    return list(compress(gaits, undominated(points)))
+
+
+def _ends(slope: float, front: Sequence[Compromise]) -> str:
+    stable, cheap = front[0], front[-1]
+    return (
+        f"at {slope:g} deg from {stable.family} with eigenvalue {stable.eigenvalue:.3f} and cost {stable.cost:.3f} to "
+        f"{cheap.family} with {cheap.eigenvalue:.3f} and {cheap.cost:.3f}"
     )
 
 
-def _bargain_table(rows: Sequence[Bargain]) -> Table:
+def _front_table(gaits: Mapping[float, Sequence[Compromise]]) -> Table:
     return Table(
         "",
-        f"The most stable gait at each slope, the cheapest one whose eigenvalue is at most {YIELD:g} larger, and the "
-        "cheapest one of all.",
-        (
-            "slope_deg",
-            "most_stable",
-            "eigenvalue",
-            "cost",
-            f"within_{YIELD:g}",
-            "cost_within",
-            "cheapest",
-            "least_cost",
-            "eigenvalue_of_cheapest",
-        ),
-        tuple(tuple(row) for row in rows),
+        "From the most stable to the cheapest gait of all families, at each slope: every gait that was computed and to "
+        f"which none is preferable in both. Differences below {NO_DIFFERENCE:g} count as none.",
+        ("slope_deg", "eigenvalue", "cost", "family"),
+        tuple((slope, *gait) for slope, front in gaits.items() for gait in front),
     )
 
 

@@ -127,6 +127,7 @@ def write_report(
     tables: Mapping[str, Table],
     timings: Mapping[int, float],
     cells: Mapping[int, Path] | None = None,
+    twins: Mapping[str, Picture] | None = None,
     films: Sequence[Moving] = (),
     beyond: Sequence[Section] = (),
     data: Sequence[File] = (),
@@ -147,6 +148,8 @@ def write_report(
         Seconds that the results of each chapter took.
     cells
         Files with the cells that each claim was judged by, by its number.
+    twins
+        What is shown beside some figures: the same by the thesis's own search.
     films
         Moving pictures, which are shown with their chapters.
     beyond
@@ -172,6 +175,7 @@ def write_report(
         counts=Counter(verdict.verdict for verdict in verdicts),
         badges=BADGES,
         cells=cells or {},
+        twins=twins or {},
         criteria=criteria_table(),
         beyond=beyond,
         data=data,

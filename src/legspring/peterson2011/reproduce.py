@@ -13,26 +13,24 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from threadpoolctl import threadpool_limits
 
 import legspring as ls
 from legspring.checks import checked_workers
 from legspring.figures import animate, save_figure
 from legspring.files import PathLike, check_output, code_stamp, make_directory, save_csv, save_netcdf, whole_file
-from legspring.kernel.walker import Floats
 from legspring.layout import System
 from legspring.model import Animal, cockroach
-from legspring.objective import Objective
-from legspring.optima import candidate_of, optimal_atlas, select
-from legspring.optimisation import front
+from legspring.optima import optimal_atlas, select
 from legspring.optimum import Method
 from legspring.parallel import processes
-from legspring.peterson2011 import yawing
+from legspring.peterson2011 import families, yawing
 from legspring.peterson2011.beyond import sections
 from legspring.peterson2011.claims import Results, Verdict, judge
 from legspring.peterson2011.decay import decays
 from legspring.peterson2011.figures import FIGURES, GAIT, SIMULATION, ThesisFigure
 from legspring.peterson2011.figures.beyond import BEYOND
+from legspring.peterson2011.figures.families import of_families
+from legspring.peterson2011.fronts import fronts
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import CHAPTERS, File, Moving, Picture, Section, write_report
 from legspring.peterson2011.tables import (
@@ -46,6 +44,7 @@ from legspring.peterson2011.tables import (
     save_table,
 )
 from legspring.progress import progress_bar
+from legspring.sweep import IMPULSES
 
 LOG = logging.getLogger("legspring")
 TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
@@ -55,7 +54,6 @@ FILMED: Mapping[str, Any] = {"slope_deg": 45.0, "heading": 0.15}
 """The gait that is seen in motion."""
 FILMED_IMPULSE, FILM_WIDTH = 0.5, 400
 """Number under which the time of what goes beyond the thesis is kept."""
-FRONT_SLOPES_DEG, FRONT_HEADING, FRONT_POINTS = (0.0, 10.0, 20.0, 45.0), 0.15, 9
 BACK_PULLS: Mapping[str, tuple[str, ...]] = {"FM": ("F", "M"), "F": ("F",), "M": ("M",), "none": ()}
 """Families in which the back legs pull."""
 
@@ -122,6 +120,11 @@ class Store:
         return self._stored("atlas", lambda: ls.atlas(self.animal, workers=self.workers, progress=self.progress))
 
     @cached_property
+    def families(self) -> xr.Dataset:
+        """The first gait of each family in each cell, with the thesis's actuation."""
+        return of_families(self.atlas)
+
+    @cached_property
     def nelder_mead(self) -> xr.Dataset:
         """Gaits with optimised actuation, as the thesis searches for them."""
         return self._stored("nelder_mead", lambda: self._optimised("nelder-mead"))
@@ -144,6 +147,7 @@ class Store:
             workers=self.workers,
             cache=cache,
             progress=self.progress,
+            impulses=IMPULSES,
         )
         shutil.rmtree(cache, ignore_errors=True)
         return optima
@@ -193,6 +197,11 @@ class Store:
         fates = self._stored("yaw_fates", lambda: yawing.fates(atlas, self.workers))
         hips = self._stored("yaw_hips", lambda: yawing.hips_moved_back(self.workers))
         return yawing.section(atlas, self.yawing, self.yaw_held, fates, hips)
+
+    def beyond(self, pictures: Mapping[str, Path]) -> list[Section]:
+        """Write the chapter beyond the thesis."""
+        each_family = families.section(self.families, self.optima)
+        return sections(self.atlas, self.decays, self.back_pulls, self.fronts, each_family, self.yaw_section, pictures)
 
     @property
     def gait(self) -> ls.Gait:
@@ -293,35 +302,6 @@ def contents(dataset: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def fronts(animal: Animal, optima: xr.Dataset, workers: int) -> xr.Dataset:
-    """Trade stability for efficiency in each family, on a few slopes, between the optima for either."""
-    families = list(animal.families)
-    cells = [(slope, family) for slope in FRONT_SLOPES_DEG for family in families]
-    tasks = [(one_front, animal, optima.sel(slope_deg=s, heading=FRONT_HEADING, family=f)) for s, f in cells]
-    with processes(workers) as pool:
-        both = np.array([*pool.map(pool.call, tasks)]).reshape(len(FRONT_SLOPES_DEG), len(families), 2, FRONT_POINTS)
-    dims = ("slope_deg", "family", "point")
-    coords = {"slope_deg": list(FRONT_SLOPES_DEG), "family": families, "point": np.arange(FRONT_POINTS)}
-    values = {name: (dims, both[:, :, n]) for n, name in enumerate(("reduced_eigenvalue", "transport_cost"))}
-    return xr.Dataset(values, coords, {"heading": FRONT_HEADING})
-
-
-def one_front(animal: Animal, optima: xr.Dataset) -> Floats:
-    """Eigenvalues and costs, ``(2, FRONT_POINTS)``, between the two optima of one family in one cell; nan for none."""
-    slope, heading, family = np.radians(optima["slope_deg"]), float(optima["heading"]), str(optima["family"].item())
-    objective = Objective(animal, float(slope), heading, family, "efficiency", "reduced")
-    values = np.full((2, FRONT_POINTS), np.nan)
-    if not np.all(np.isfinite(optima["speed"])):
-        return values
-    stable, cheap = (candidate_of(optima.sel(objective=goal), animal) for goal in ("stability", "efficiency"))
-    with threadpool_limits(1):
-        scores = front(objective, stable, cheap, FRONT_POINTS)
-    worth = [score for score in scores if score.total < objective.constraints.no_gait]
-    for n, score in enumerate(worth):
-        values[:, n] = objective.eigenvalue(score), score.value
-    return values
-
-
 def reproduce(
     out: PathLike,
     *,
@@ -380,7 +360,8 @@ def make(store: Store, directory: Path, numbers: Sequence[str], *, whole: bool) 
     drawing = {}
     for chapter in CHAPTERS:
         here = [number for number in numbers if number.startswith(f"{chapter}.")]
-        drawing[chapter] = draw(store, directory, [FIGURES[number] for number in here if number in FIGURES])
+        figures = [FIGURES[number] for number in here if number in FIGURES]
+        drawing[chapter] = draw(store, directory, [*figures, *filter(None, (one.by_thesis for one in figures))])
         # Figures and tables share numbers.
         for number in here:
             if number in TABLES:
@@ -431,10 +412,7 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
     cells = {verdict.number: directory / "data" / "claims" / f"claim_{verdict.number}.csv" for verdict in verdicts}
     for verdict in verdicts:
         save_cells(verdict, cells[verdict.number])
-    pictures = {
-        key: directory / "figures" / f"{figure.stem}.png" for key, figure in [*FIGURES.items(), *BEYOND.items()]
-    }
-    yaw = store.yaw_section
+
     timings = {
         chapter: seconds
         + sum(store.seconds[name] for name, (where, *_) in DATA.items() if where == chapter and name in store.seconds)
@@ -445,11 +423,12 @@ def finish(store: Store, directory: Path, drawing: Mapping[int, float]) -> Path:
         results=results,
         verdicts=verdicts,
         cells=cells,
-        figures={number: Picture(pictures[number], figure.caption) for number, figure in FIGURES.items()},
+        figures={number: picture(directory, figure) for number, figure in FIGURES.items()},
+        twins={number: picture(directory, figure.by_thesis) for number, figure in FIGURES.items() if figure.by_thesis},
         tables={number: store.table(number) for number in TABLES},
         timings=timings,
         films=store.films,
-        beyond=sections(store.atlas, store.decays, store.back_pulls, store.fronts, yaw, pictures),
+        beyond=store.beyond({name: picture(directory, figure).path for name, figure in BEYOND.items()}),
         data=[
             File(directory / "data" / f"{name}{suffix}", f"{text}, {kind}")
             for name, (_, text, _) in DATA.items()
@@ -468,6 +447,11 @@ def save_verdicts(verdicts: Sequence[Verdict], path: Path) -> None:
         for one in verdicts:
             outcomes = (one.verdict, one.lenient, one.strict)
             writer.writerow((one.number, one.chapter, one.claim, *outcomes, one.found, one.why))
+
+
+def picture(directory: Path, figure: ThesisFigure) -> Picture:
+    """Return a figure as it was drawn."""
+    return Picture(directory / "figures" / f"{figure.stem}.png", figure.caption)
 
 
 def save_cells(verdict: Verdict, path: Path) -> None:

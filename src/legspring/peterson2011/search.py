@@ -6,9 +6,8 @@ from typing import Any
 from scipy.optimize import minimize
 
 from legspring.kernel.walker import Floats
-from legspring.measures.registry import measured
 from legspring.objective import Candidate, Goal, Objective
-from legspring.optima import GOALS, NODES, Case, Cases, Key, Pool, Spot, measures_of
+from legspring.optima import GOALS, NODES, Case, Cases, Key, Pool, Spot
 from legspring.optimisation import End, finished, rank, scan
 from legspring.optimum import Optimum
 
@@ -81,7 +80,7 @@ def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]
                 last = end if goal == "stability" else nelder_mead(objective, candidate)
                 optimum = finished(objective, last, "nelder-mead")
                 if optimum is not None:
-                    out[n][goal] = measured(measures_of(optimum.animal), optimum)
+                    out[n][goal] = cases[n].measured(optimum)
     return out
 
 

@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 import legspring as ls
 from legspring.peterson2011.figures import FIGURES
 from legspring.peterson2011.figures.beyond import BEYOND, most_stable, second_minus_first
+from legspring.peterson2011.figures.families import of_families
 from legspring.peterson2011.yawing import force_ranges
+from tests.made_up import best_of, made_up_optima
 
 MULTIPLIER, EIGENVALUE = 0.5, 0.25
 
@@ -34,8 +36,12 @@ def sources(roach: ls.Animal) -> dict[str, Any]:
     front = ("slope_deg", "family", "point")
     nothing = [np.nan, np.nan]
     yawing = ls.atlas(ls.load_animal("cockroach_rigid"), **grid | {"slopes_deg": (0, 30)})
+    atlas, optima = ls.atlas(roach, **grid), made_up_optima((0.0, 20.0), (0.15, 0.3))
     return {
-        "atlas": ls.atlas(roach, **grid),
+        "atlas": atlas,
+        "families": of_families(ls.atlas(roach, **grid | {"impulses": (0.5,)})),
+        "optima": optima,
+        "selected": best_of(optima),
         "back_pulls": ls.atlas(roach.replace(families=families), **grid),
         "decays": decays,
         "fronts": xr.Dataset(
@@ -66,7 +72,7 @@ def test_every_figure_draws_and_has_a_caption_and_a_file(name: str, sources: dic
     assert draw(name, sources).axes
     assert BEYOND[name].caption.endswith(".") and "  " not in BEYOND[name].caption
     assert BEYOND[name].stem == BEYOND[name].number == name
-    assert name.startswith("beyond_") and name not in FIGURES
+    assert name.startswith(("beyond_", "families_")) and name not in FIGURES
 
 
 def test_second_branch_is_compared_with_the_first(sources: dict[str, Any]) -> None:

@@ -17,6 +17,7 @@ from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES
 from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
+from legspring.peterson2011.figures.families import FAMILY_FIGURES
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 MOST_DOTS = 30
@@ -288,8 +289,9 @@ BEYOND: Mapping[str, ThesisFigure] = {
             trade_off,
             "Stability against efficiency: largest eigenvalue magnitude and transport cost of gaits with optimised "
             "actuation, for each slope and family. Along a line, no gait is both more stable and cheaper than another "
-            "one. The axes differ from panel to panel.",
+            "one; a family with a single point has no conflict. The axes differ from panel to panel.",
         ),
+        *FAMILY_FIGURES,
         ThesisFigure(
             "beyond_yaw",
             "yawing",

@@ -80,6 +80,7 @@ FIGURES = (
         "simulation",
         leg_lengths,
         "Actual and force-free length of each leg over four steps, zero in swing; all legs push. The thesis gives "
-        "the phases. It does not give slope, heading and speed, for which we took those of a gait on the level.",
+        "the phases. It does not give slope, heading and speed, for which we took those of a gait on the level. "
+        "Gray lines mark the beginnings of steps.",
     ),
 )

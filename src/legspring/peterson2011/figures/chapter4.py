@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.drawing.style import styled
-from legspring.figures.maps import add_bar, add_legend, draw_atlas, draw_map, panel_grid
+from legspring.figures.maps import add_bar, add_legend, add_letters, draw_atlas, draw_map, panel_grid
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 PHASES = (-75.0, 75.0)
@@ -23,8 +23,8 @@ def speed_and_phases(atlas: xr.Dataset, branch: int = 0) -> Figure:
     for axes, leg in zip(grid[1:], legs, strict=True):
         title = f"phase, legs {leg}"
         maps.append(draw_map(axes, atlas, "phase", limits=PHASES, title=title, families=False, leg=leg, branch=branch))
-    for letter, drawn in zip("abcdefgh", maps, strict=False):
-        drawn.axes.set_title(f"{letter}) {drawn.axes.get_title()}")
+    add_letters(maps)
+    for drawn in maps:
         add_bar(figure, [drawn])
     add_legend(figure, maps)
     return figure

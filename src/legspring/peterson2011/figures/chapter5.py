@@ -88,6 +88,8 @@ def in_lengths(gaits: xr.Dataset) -> xr.DataArray:
     return (gaits["actuation"] / nominal).assign_attrs(long_name="actuation", units="l0")
 
 
+NOT_UNIQUE = "Where several actuations are equally good, ours is the least, and need not be the thesis's."
+UNSTABLE = "Gaits that are unstable by the complete map are hatched in black."
 Quantity = tuple[str, Limits, str]
 """A variable, its range of colours, and what a caption says about it."""
 OF_LEGS: tuple[Quantity, ...] = (
@@ -95,8 +97,7 @@ OF_LEGS: tuple[Quantity, ...] = (
         "actuation",
         ACTUATIONS,
         "actuation of the {leg} legs in units of their nominal length l0, for each family. The colours span what is "
-        "allowed, so that gaits at either limit, 0.2 l0 and 0.9 l0, stand out. Where several actuations are equally "
-        "good, ours need not be the thesis's.",
+        "allowed, so that gaits at either limit, 0.2 l0 and 0.9 l0, stand out.",
     ),
     (
         "phase",
@@ -121,12 +122,16 @@ def _figures(objective: str, first: int, *quantities: Quantity) -> list[ThesisFi
     for name, limits, words in OF_LEGS:
         for leg, where in LEG_WORDS.items():
             draw = partial(by_family, name=name, objective=objective, limits=limits, leg=leg)
-            figures.append(ThesisFigure(next(numbers), "optima", draw, f"{head}: {words.format(leg=where)}"))
+            figures.append(
+                ThesisFigure(
+                    next(numbers), "optima", draw, f"{head}: {words.format(leg=where)} {NOT_UNIQUE} {UNSTABLE}"
+                )
+            )
     for name, limits, words in quantities:
         draw_all = partial(by_family, name=name, objective=objective, limits=limits)
         draw_best = partial(draw_atlas, name=name, objective=objective, limits=limits)
-        best = f"{head}: {words}; the best family of each cell, which the markers tell."
-        figures.append(ThesisFigure(next(numbers), "optima", draw_all, f"{head}: {words}; each family."))
+        best = f"{head}: {words}; the best family of each cell, which the markers tell. {UNSTABLE}"
+        figures.append(ThesisFigure(next(numbers), "optima", draw_all, f"{head}: {words}; each family. {UNSTABLE}"))
         figures.append(ThesisFigure(next(numbers), "selected", draw_best, best))
     return figures
 

@@ -1,14 +1,15 @@
 """Chapter 6: peak forces, as measured and of the model."""
 
 from functools import partial
+from string import ascii_lowercase
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.drawing.style import COLOURS, GRAY, PAGE, label, new_figure, styled, units
-from legspring.figures.maps import add_bar, add_legend, draw_map, panel_grid
-from legspring.peterson2011.figures.chapter5 import LEG_WORDS
+from legspring.figures.maps import add_bar, add_legend, add_letters, draw_map, panel_grid
+from legspring.peterson2011.figures.chapter5 import LEG_WORDS, NOT_UNIQUE, UNSTABLE
 from legspring.peterson2011.figures.registry import ThesisFigure
 
 FORCES, SUMS = (-1.0, 1.0), (-0.5, 2.0)
@@ -31,7 +32,9 @@ def measured_ranges(forces: xr.Dataset, axis: str) -> Figure:
     legs = [str(leg) for leg in forces["leg"].values]
     panels = figure.subplots(1, len(legs), sharex=True, sharey=True, squeeze=False)[0]
     slope = forces["slope_deg"].values
-    for axes, leg in zip(panels, legs, strict=True):
+    for letter, axes, leg in zip(ascii_lowercase, panels, legs, strict=False):
+        # A bar that ends at the border of a panel would look cut off.
+        axes.use_sticky_edges = False
         ranges = forces["experiment"].sel(leg=leg, axis=axis)
         low, high = (ranges.sel(extreme=extreme).values for extreme in ("min", "max"))
         axes.axhline(0.0, color=GRAY, linewidth=0.6)
@@ -39,7 +42,7 @@ def measured_ranges(forces: xr.Dataset, axis: str) -> Figure:
         if not np.isfinite(low).any():
             words = "no numbers in\nTables 6.1 to 6.3"
             axes.text(0.5, 0.75, words, transform=axes.transAxes, ha="center", va="center", color=GRAY)
-        axes.set(title=f"{LEG_WORDS[leg]} legs", xlabel=label(forces["slope_deg"].attrs), xticks=slope)
+        axes.set(title=f"{letter}) {LEG_WORDS[leg]} legs", xlabel=label(forces["slope_deg"].attrs), xticks=slope)
     panels[0].set_ylabel(f"peak {AXIS_WORDS[axis]} force ({units('m g')})")
     return figure
 
@@ -70,6 +73,7 @@ def peak_forces(gaits: xr.Dataset, axis: str, objective: str | None = None) -> F
         drawn = draw_map(axes, gaits, name, limits=limits, families=False, title=title, axis=axis, **at, **leg_at)
         maps.append(drawn._replace(words=f"{words} ({units('m g')})"))
         add_bar(figure, maps[-1:])
+    add_letters(maps)
     add_legend(figure, maps)
     return figure
 
@@ -91,7 +95,8 @@ def _computed(number: int, axis: str, what: str, objective: str | None) -> Thesi
         "atlas" if objective is None else "selected",
         partial(peak_forces, axis=axis, objective=objective),
         f"{what}: {AXIS_WORDS[axis]} force of front, middle and back legs, at its peak and with its sign, and the "
-        "largest sum over all legs during a step. The sum's colours have a range of their own.",
+        "largest sum over all legs during a step. The sum's colours have a range of their own."
+        + ("" if objective is None else f" {NOT_UNIQUE} {UNSTABLE}"),
     )
 
 

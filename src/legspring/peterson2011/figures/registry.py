@@ -1,7 +1,7 @@
 """What the figures of the report have in common: a number or name, what they are drawn from, and words."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from matplotlib.figure import Figure
@@ -11,8 +11,11 @@ Source = Literal[
     "simulation",
     "system",
     "atlas",
+    "families",
     "optima",
     "selected",
+    "nelder_mead",
+    "nelder_mead_selected",
     "measured",
     "decays",
     "back_pulls",
@@ -26,8 +29,10 @@ Source = Literal[
 - ``simulation``: of `legspring.simulate`, with `SIMULATION`
 - ``system``: a `legspring.layout.System` of the animal
 - ``atlas``: of `legspring.atlas`; branch 0 is the thesis's
+- ``families``: of that, the first gait of each family in each cell, over family in place of branch
 - ``optima``: gaits with the best actuation, over objective, slope, heading and family
 - ``selected``: those of the best family of each cell
+- ``nelder_mead``, ``nelder_mead_selected``: the same by the thesis's own search
 - ``measured``: `legspring.peterson2011.published.published_forces`
 - ``decays``: of `legspring.peterson2011.decay.decays`
 - ``back_pulls``: an atlas of the families in which the back legs pull
@@ -37,6 +42,8 @@ Source = Literal[
 """
 
 FAMILY_WORDS = "A: all legs push; FB: front and back; MB: middle and back; B: back only"
+
+BY_THESIS = "The same, by the thesis's own search (Nelder-Mead), run again: where it ends depends on its starts."
 
 
 @dataclass(frozen=True)
@@ -53,14 +60,26 @@ class ThesisFigure:
         Returns the figure.
     caption
         What it shows, and what to notice or to beware of.
+    suffix
+        What its file's name ends in.
     """
 
     number: str
     source: Source
     draw: Callable[..., Figure]
     caption: str
+    suffix: str = ""
 
     @property
     def stem(self) -> str:
         """Name of its file, without the ending."""
-        return f"figure_{self.number.replace('.', '_')}" if self.number[0].isdecimal() else self.number
+        name = f"figure_{self.number.replace('.', '_')}" if self.number[0].isdecimal() else self.number
+        return name + self.suffix
+
+    @property
+    def by_thesis(self) -> "ThesisFigure | None":
+        """The same figure of the gaits at which the thesis's own search ends; None if it shows no optimised ones."""
+        sources: dict[Source, Source] = {"optima": "nelder_mead", "selected": "nelder_mead_selected"}
+        if self.source not in sources:
+            return None
+        return replace(self, source=sources[self.source], caption=BY_THESIS, suffix="_nelder_mead")
