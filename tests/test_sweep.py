@@ -106,3 +106,14 @@ def test_threads_do_not_change_the_result(roach: ls.Animal) -> None:
 def test_grids_must_rise_and_be_in_range(roach: ls.Animal, arguments: dict[str, list[float]]) -> None:
     with pytest.raises(ValueError, match=next(iter(arguments))):
         ls.atlas(roach, **arguments)  # type: ignore[arg-type]
+
+
+def test_what_is_let_go_is_in_the_map() -> None:
+    leg = ls.load_animal("effective_leg")
+    maps = ls.atlas(leg, slopes_deg=(0, 45), headings=(0.15,), free=("T.angle",), impulses=())
+    angle = maps["T.angle"]
+    assert angle.dims == maps["speed"].dims and angle.attrs["units"] == "rad"
+    gaits = ls.find_gaits(leg, slope_deg=45, heading=0.15, free=("T.angle",))
+    assert [gait.freed for gait in gaits] == [{"T.angle": gait.animal.legs[0].angle} for gait in gaits]
+    here = angle.sel(slope_deg=45, heading=0.15).dropna("branch").values
+    np.testing.assert_allclose(here, [gait.freed["T.angle"] for gait in gaits], atol=1e-8)

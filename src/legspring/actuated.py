@@ -17,6 +17,7 @@ from legspring.flow import Simulator
 from legspring.kernel.many import Ends
 from legspring.kernel.walker import OK, Floats
 from legspring.layout import ACCURACY, PLACES
+from legspring.measures.cost import weighed
 from legspring.model import Animal
 from legspring.problem import GaitProblem
 from legspring.returnmap import signs
@@ -83,13 +84,12 @@ class Measured:
 
     @property
     def cost(self) -> Floats:
-        """Transport costs (Eq. 3.6), ``(N,)``; nan where it is not known."""
+        """Transport costs (Eqs. 3.5, 3.6), ``(N,)``; nan where it is not known."""
         if self.what != "cost":
             return np.full(len(self.points), np.nan)
         system = self.actuated.system
         weight = system.animal.body.mass * system.animal.gravity
-        cost: Floats = np.sum(np.abs(self.ends.work), axis=(1, 2)) / (weight * system.step_length)
-        return cost
+        return weighed(self.ends.work, system.animal.work_weights) / (weight * system.step_length)
 
     @property
     def jacobians(self) -> Floats:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from legspring.flow import SEEN, Flow, IntegrationError, flow
 from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT, System
-from legspring.measures.cost import transport_cost, work_of_legs
+from legspring.measures.cost import weighed, work_of_legs
 from legspring.measures.energy import total_energy
 from legspring.measures.footfalls import phase_lag, touchdowns
 from legspring.measures.forces import net_force, peak_force, peak_magnitude
@@ -172,6 +172,12 @@ class Gait:
         """
         names = (name for name in self.system.memory if "." in name)
         return dict(zip(names, self.remembered, strict=True))
+
+    @property
+    def freed(self) -> dict[str, float]:
+        """What was let go by ``free`` and is not among the phases, by name: the values found, SI units."""
+        free = () if self.origin is None else self.origin.free
+        return {name: float(self.point[self.system.place_of(name)]) for name in free if not name.endswith(".phase")}
 
     @property
     def first_legs(self) -> tuple[int, ...]:
@@ -417,11 +423,13 @@ class Gait:
 
     @property
     def transport_cost(self) -> float:
-        """Transport cost (Eq. 3.6); nan for a gait that gets nowhere.
+        """Transport cost: work by weight and distance (Eq. 3.6); nan for a gait that gets nowhere.
+
+        Positive and negative work count by the animal's ``work_weights`` (b1 and b2 of Eq. 3.5).
 
         See :ref:`model-cost`.
         """
-        return transport_cost(self.work)
+        return float(weighed(self.work, self.animal.work_weights))
 
     @property
     def missing(self) -> dict[str, str]:

@@ -133,6 +133,13 @@ ONE_SIDED: dict[str, tuple[Callable[[float], bool], str]] = {
 """Quantities of legs that have a kink: at which values, and what holds there."""
 
 
+def unit_and_words(name: str) -> tuple[str, str]:
+    """Return the unit of a parameter and what it is, by name: of all legs, of a pair or of a single leg."""
+    owner, _, quantity = name.rpartition(".")
+    unit, words = (START | BODY | LEG)[quantity]
+    return unit, f"{words} ({owner})" if owner else words
+
+
 @dataclass(frozen=True)
 class System:
     """An animal on a slope, with the legs of one family and an actuation.

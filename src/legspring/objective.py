@@ -128,8 +128,9 @@ class Objective:
 
     @property
     def floor(self) -> float:
-        """What no gait can be better than: the work against gravity, sin(slope) (Eq. 4.1), or 0."""
-        return abs(math.sin(self.actuated.system.slope)) if self.goal == "efficiency" else 0.0
+        """What no gait can be better than: the work against gravity, or with it, by its weight (Eq. 4.1), or 0."""
+        (up, down), climb = self.actuated.system.animal.work_weights, math.sin(self.actuated.system.slope)
+        return max(up * climb, -down * climb) if self.goal == "efficiency" else 0.0
 
     def __call__(self, actuation: ArrayLike, near: Floats, beside: Floats | None = None) -> Score:
         """Evaluate the objective for some actuation at the gait near some unknowns.

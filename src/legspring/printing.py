@@ -147,11 +147,12 @@ def print_gaits(search: "Search") -> None:
     from rich.table import Table
 
     first = search.gaits[0]
-    columns = tuned_columns if first.animal.tuned else own_columns
+    at_heading = first.animal.tuned and first.origin is not None and "heading" in first.origin.given
+    columns = tuned_columns if at_heading else own_columns
     # One more column fits into 80 characters where columns are closer.
     close = first.animal.body.yaw == "free"
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 0 if close else 1, 0, 0), title_justify="left")
-    heading = f", heading {first.heading:g} rad" if first.animal.tuned else ""
+    heading = f", heading {first.heading:g} rad" if at_heading else ""
     table.title = f"{first.animal.name}: slope {first.slope_deg:g} deg{heading}"
     for name in ("branch", "family"):
         table.add_column(name)
@@ -166,9 +167,20 @@ def print_gaits(search: "Search") -> None:
     for gait in search.gaits:
         if gait.grazes:
             print(f"branch {gait.branch}: a leg lifts off at {gait.grazing:.2g} m/s only; its stability is doubtful")
+        if gait.freed:
+            print(f"branch {gait.branch}: {', '.join(map(parameter_words, gait.freed, gait.freed.values()))}")
         if "transport_cost" in gait.missing:
             print(f"branch {gait.branch}: no transport cost; {gait.missing['transport_cost']}")
     print(search.summary())
+
+
+def parameter_words(name: str, value: float) -> str:
+    """Return a parameter's name, value and unit; angles in degrees."""
+    from legspring.layout import unit_and_words
+
+    unit = unit_and_words(name)[0]
+    value, unit = (math.degrees(value), "deg") if unit == "rad" else (value, unit)
+    return f"{name} {value:.5g} {unit}".removesuffix(" 1")
 
 
 def print_run(run: "xr.Dataset", about: Mapping[str, Any], strides: float, as_json: bool) -> None:

@@ -13,7 +13,7 @@ nothing else for the thesis's cockroach. That is evidence, and no proof.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
@@ -72,6 +72,16 @@ class Origin:
     """What a gait is a solution of; and how it moves if something else is varied."""
 
     problem: GaitProblem
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Parameters that were let go."""
+        return self.problem.free
+
+    @property
+    def given(self) -> Mapping[str, float | str]:
+        """What was asked for."""
+        return self.problem.given
 
     def rates(self, gait: Gait, names: Sequence[str]) -> Floats:
         """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``; exact."""

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from itertools import product
 from typing import Any
@@ -25,7 +26,7 @@ from legspring.checks import (
 )
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
-from legspring.layout import BODY, LEG, START, slope_for
+from legspring.layout import slope_for, unit_and_words
 from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped, measured
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
@@ -278,7 +279,7 @@ def atlas(
     xarray.Dataset
         Over slope_deg and heading, or what the grid is over, then branch, leg (pairs of legs), single_leg, axis and
         impulse; missing where there is no gait, or no such measure, of which the attribute ``missing`` says why. Its
-        variables are those of ``legspring.measures.registry``.
+        variables are those of ``legspring.measures.registry``, and the parameters that were let go by ``free``.
 
     Raises
     ------
@@ -296,8 +297,10 @@ def atlas(
     found, effort = find_on(grid, starts=starts, workers=workers, progress=progress)
     gaits = [((*place, gait.branch), gait) for place, here in found.items() for gait in here]
 
+    measures = (*mapped(animal), *freed(free))
+
     def values_of(gait: Gait) -> dict[str, Any]:
-        values = measured(mapped(animal), gait)
+        values = measured(measures, gait)
         if "energy" in gait.conserved:
             return values | {one.name: np.full(len(impulses), math.nan) for one in OF_RECOVERIES}
         return values | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
@@ -308,7 +311,7 @@ def atlas(
     coords = coordinates(animal, grid.over)
     coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
     coords["impulse"] = ("impulse", list(impulses), IMPULSE)
-    dataset = empty_map((*mapped(animal), *OF_RECOVERIES), (*grid.over, "branch"), coords)
+    dataset = empty_map((*measures, *OF_RECOVERIES), (*grid.over, "branch"), coords)
     fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
     say_what_is_missing(dataset, [gait for _, gait in gaits])
     for one in OF_RECOVERIES if any("energy" in gait.conserved for _, gait in gaits) else ():
@@ -331,10 +334,18 @@ def about(name: str) -> dict[str, str]:
     """Return unit and words of what a map is over."""
     if name in BY_NAME:
         return BY_NAME[name].attributes
-    quantity = name.rpartition(".")[2]
-    unit, words = (START | BODY | LEG)[quantity]
-    owner = name.rpartition(".")[0]
-    return {"units": unit, "long_name": f"{words} ({owner})" if owner else words}
+    unit, words = unit_and_words(name)
+    return {"units": unit, "long_name": words}
+
+
+def freed(names: Sequence[str]) -> tuple[Measure, ...]:
+    """Return what a map says of parameters that were let go, beside what it says of every gait."""
+
+    def value(name: str, gait: Gait) -> float:
+        return gait.freed[name]
+
+    others = (name for name in names if name not in BY_NAME and not name.endswith(".phase"))
+    return tuple(Measure(name, *unit_and_words(name), (), partial(value, name)) for name in others)
 
 
 def coordinates(animal: Animal, over: Mapping[str, Sequence[float]]) -> dict[str, tuple[Any, ...]]:

@@ -25,6 +25,7 @@ from legspring.cli.options import (
     Slope,
     Slow,
     Speed,
+    WorkWeights,
     check_figure,
     check_film,
     integer,
@@ -105,6 +106,7 @@ def gaits(
     lateral_drift: LateralDrift = None,
     free: Free = None,
     asymmetric: Asymmetric = False,
+    work_weights: WorkWeights = None,
     as_json: Json = False,
     figure: FigureFile = None,
     footfalls: FootfallFile = None,
@@ -116,6 +118,8 @@ def gaits(
     Example: legspring gaits lateral_leg_spring
 
     Example: legspring gaits walker --energy 816
+
+    Example: legspring gaits cockroach --slope 0 --heading 0.15 --work-weights 1,0.25
     """
     check_figure(figure)
     check_figure(footfalls)
@@ -127,6 +131,7 @@ def gaits(
         actuation,
         free,
         asymmetric,
+        work_weights,
         speed=speed,
         mean_speed=mean_speed,
         energy=energy,

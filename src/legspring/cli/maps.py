@@ -23,9 +23,11 @@ from legspring.cli.options import (
     MeanSpeed,
     Slope,
     Speed,
+    WorkWeights,
     check_figure,
     check_slope,
     integer,
+    load_weighing,
     parse_grid,
     parse_names,
     parse_numbers,
@@ -73,6 +75,7 @@ def atlas(
     asymmetric: Asymmetric = False,
     no_recovery: Annotated[bool, typer.Option("--no-recovery", help="Do not push every gait sideways.")] = False,
     actuation: Actuation = None,
+    work_weights: WorkWeights = None,
     figures: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis, or other maps, into this directory."),
@@ -87,11 +90,10 @@ def atlas(
     Example: legspring atlas walker --out walks.nc --over energy=805:825:5 --over T.stiffness=13000:15000:500
     """
     from legspring.files import check_output, make_directory
-    from legspring.model import load_animal
 
     slopes_deg = None if slopes is None else parse_grid("--slopes", slopes)
     radians = None if headings is None else parse_grid("--headings", headings)
-    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    creature, magnitudes = load_weighing(animal, work_weights), parse_numbers("--actuation", actuation)
     check_output(out, [".nc", ".mat"])
     if figures is not None:
         make_directory(figures)
@@ -136,6 +138,7 @@ def optimize(
     method: Annotated[
         str, typer.Option(metavar="METHOD", help="default, or nelder-mead for the thesis's method.")
     ] = "default",
+    work_weights: WorkWeights = None,
     as_json: Json = False,
     figure: FigureFile = None,
 ) -> None:
@@ -143,10 +146,8 @@ def optimize(
 
     Example: legspring optimize cockroach --slope 45 --heading 0.15 --objective efficiency
     """
-    from legspring.model import load_animal
-
     check_figure(figure)
-    creature = load_animal(animal)
+    creature = load_weighing(animal, work_weights)
     check_slope(creature, slope)
     with patience("searching for the best actuation"):
         best = legspring.optimize(

@@ -134,6 +134,14 @@ Asymmetric = Annotated[
     bool,
     typer.Option("--asymmetric", help="Look for gaits, too, whose steps do not mirror one another."),
 ]
+WorkWeights = Annotated[
+    str | None,
+    typer.Option(
+        metavar="B1,B2",
+        help="What positive and negative work cost (Eq. 3.5); by default the animal's, 1,1.",
+        show_default=False,
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
 FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
 FootfallFile = Annotated[
@@ -174,6 +182,18 @@ def parse_grid(name: str, text: str) -> tuple[float, ...]:
     from legspring.checks import shown
 
     raise ValueError(f"{name} = {shown(text)}: must be START:STOP:STEP, rising, or numbers separated by commas")
+
+
+def load_weighing(name: str, weights: str | None) -> "Animal":
+    """Read an animal, with what its work costs if that is given."""
+    from legspring.model import load_animal
+
+    animal, given = load_animal(name), parse_numbers("--work-weights", weights)
+    if given is None:
+        return animal
+    if len(given) != 2 or min(given) < 0.0:
+        raise ValueError(f"--work-weights = {weights!r}: must be two numbers, not negative, separated by a comma")
+    return animal.replace(work_weights=given)
 
 
 def parse_names(text: str | None) -> tuple[str, ...]:

@@ -66,11 +66,14 @@ def draws_preset(animal: "Animal") -> Callable[[Path], object]:
 
     def write(path: Path) -> None:
         with patience("drawing"):
+            from legspring.asking import open_phases
             from legspring.solve import search_gaits
 
         low, high = animal.speed_law.domain_deg
         slope_deg = low if low == high else 0.0 if animal.sagittal else EXAMPLE_SLOPE
-        found = search_gaits(animal, slope_deg=slope_deg, heading=EXAMPLE_HEADING if animal.tuned else None).gaits
+        # With one phase to choose, the heading is left to the gait.
+        heading = EXAMPLE_HEADING if len(open_phases(animal)) > 1 else None
+        found = search_gaits(animal, slope_deg=slope_deg, heading=heading).gaits
         stable_first = sorted(found, key=lambda gait: abs(gait.multipliers[0]))
         draws("draw_animal", animal, stable_first[0] if found else None)(path)
         print(path, file=sys.stderr)

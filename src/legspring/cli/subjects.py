@@ -5,7 +5,7 @@ import sys
 from typing import TYPE_CHECKING
 
 import legspring
-from legspring.cli.options import check_slope, parse_names, parse_numbers, parse_phase
+from legspring.cli.options import check_slope, load_weighing, parse_names, parse_numbers, parse_phase
 from legspring.cli.program import NO_GAIT, fail, patience
 
 if TYPE_CHECKING:
@@ -23,12 +23,11 @@ def search_at(
     actuation: str | None,
     free: str | None = None,
     asymmetric: bool = False,
+    work_weights: str | None = None,
     **targets: float | None,
 ) -> "Search":
     """Search for the gaits that a command is about; targets are those of `search_gaits`."""
-    from legspring.model import load_animal
-
-    creature, magnitudes = load_animal(animal), parse_numbers("--actuation", actuation)
+    creature, magnitudes = load_weighing(animal, work_weights), parse_numbers("--actuation", actuation)
     check_slope(creature, slope)
     if magnitudes is not None and not creature.tuned:
         raise ValueError(f"--actuation = {actuation!r}: must be left out; gaits of {creature.name} have the animal's")

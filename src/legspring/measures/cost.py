@@ -1,13 +1,13 @@
 """Transport cost (Eqs. 3.5, 3.6)."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from legspring.flow import Flow
 from legspring.kernel.measure import leg_work
+from legspring.kernel.walker import Floats
 
 
-def work_of_legs(run: Flow, *, steps: int = 1) -> NDArray[np.float64]:
+def work_of_legs(run: Flow, *, steps: int = 1) -> Floats:
     """Positive and negative work of each leg on the body over the first steps, per m g and desired distance.
 
     Returns
@@ -18,14 +18,11 @@ def work_of_legs(run: Flow, *, steps: int = 1) -> NDArray[np.float64]:
     return leg_work(run.tape, 0.0, run.step_ends[steps]) / (run.weight * run.system.step_length * steps)
 
 
-def transport_cost(work: NDArray[np.float64], *, b1: float = 1.0, b2: float = 1.0) -> float:
-    """Weigh positive work (b1) and negative work (b2) into a transport cost (Eq. 3.5).
+def weighed(work: Floats, weights: tuple[float, float]) -> Floats:
+    """Weigh positive and negative work of all legs, ``(..., L, 2)``, by b1 and b2 (Eq. 3.5).
 
     With both weights 1 it is Eq. 3.6, whose least possible value is sin(slope) (Eq. 4.1).
-
-    Parameters
-    ----------
-    work
-        ``(L, 2)``, of `work_of_legs`.
     """
-    return float(b1 * np.sum(work[:, 0]) - b2 * np.sum(work[:, 1]))
+    b1, b2 = weights
+    cost: Floats = np.sum(work, axis=-2) @ np.array([b1, -b2])
+    return cost

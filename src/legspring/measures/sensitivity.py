@@ -1,7 +1,7 @@
 """How a gait and its measures change with what they depend on."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -34,6 +34,14 @@ SCALARS = tuple(one for one in MEASURES if one.unit and not one.dimensions and o
 
 class Origin(Protocol):
     """What a gait is a solution of."""
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Parameters that were let go."""
+
+    @property
+    def given(self) -> Mapping[str, float | str]:
+        """What was asked for."""
 
     def rates(self, gait: Any, names: Sequence[str]) -> Floats:
         """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``."""

@@ -47,6 +47,7 @@ def require_size(value: float) -> float:
 
 Number = Annotated[float, BeforeValidator(require_number)]
 Positive = Annotated[Number, Field(gt=0), AfterValidator(require_size)]
+NotNegative = Annotated[Number, Field(ge=0)]
 
 
 def require_printable(text: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, PlainSerializer, PrivateAttr, field_validator, model_validator
 
 from legspring.checks import shown
-from legspring.model._base import Frozen, Label, ModelError, Positive
+from legspring.model._base import Frozen, Label, ModelError, NotNegative, Positive
 from legspring.model.body import Body
 from legspring.model.laws import SpeedLaw, StepLaw
 from legspring.model.leg import Leg
@@ -75,6 +75,8 @@ class Animal(Frozen):
         Step duration against desired speed; a plain number means a constant duration (s).
     gravity : float
         Acceleration g (m/s^2).
+    work_weights : tuple of float
+        What positive and negative work of the legs cost: b1 and b2 of the transport cost (Eq. 3.5).
 
     Raises
     ------
@@ -95,6 +97,7 @@ class Animal(Frozen):
     speed_law: SpeedLaw
     step_law: StepLaw
     gravity: Positive = 9.81
+    work_weights: tuple[NotNegative, NotNegative] = (1.0, 1.0)
 
     @field_validator("speed_law", mode="before")
     @classmethod
