@@ -186,7 +186,7 @@ def renamed(dataset: xr.Dataset) -> xr.Dataset:
 
 def test_every_claim_once(results: Results) -> None:
     assert [judged.number for judged in judge(results)] == list(range(1, len(CLAIMS) + 1))
-    assert [claim.chapter for claim in CLAIMS] == [4] * 8 + [5] * 9 + [6] * 6 + [4, 5, 6]
+    assert [claim.chapter for claim in CLAIMS] == [4] * 8 + [5] * 9 + [6] * 6 + [4, 5, 6, 2]
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ def sections(
     back_pulls: xr.Dataset,
     fronts: xr.Dataset,
     families: Section,
+    single_leg: Section,
     yaw: Section,
     pictures: Mapping[str, Path],
 ) -> list[Section]:
@@ -51,6 +52,8 @@ def sections(
         slope_deg, family and point, missing where there is none; heading (rad) is among its attributes.
     families
         Of `legspring.peterson2011.families.section`.
+    single_leg
+        Of `legspring.peterson2011.single_leg.section`.
     yaw
         Of `legspring.peterson2011.yawing.section`.
     pictures
@@ -63,6 +66,7 @@ def sections(
         (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
         (_trade_off(fronts), ["beyond_trade_off"]),
         (families, [figure.number for figure in FAMILY_FIGURES]),
+        (single_leg, ["beyond_single_leg"]),
         (yaw, ["beyond_yaw", "beyond_yaw_forces"]),
     )
     return [replace(part, figures=[shown[name] for name in names if name in shown]) for part, names in parts]

@@ -23,7 +23,7 @@ from legspring.model import Animal, cockroach
 from legspring.optima import optimal_atlas, select
 from legspring.optimum import Method
 from legspring.parallel import processes
-from legspring.peterson2011 import families, yawing
+from legspring.peterson2011 import families, single_leg, yawing
 from legspring.peterson2011.beyond import sections
 from legspring.peterson2011.claims import Results, Verdict, judge
 from legspring.peterson2011.decay import decays
@@ -44,16 +44,16 @@ from legspring.peterson2011.tables import (
     save_table,
 )
 from legspring.progress import progress_bar
-from legspring.sweep import IMPULSES
+from legspring.sweep import IMPULSES, SLOPES_DEG
 
 LOG = logging.getLogger("legspring")
 TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
 """The last one explains how ours differ from the thesis's."""
 BEYOND_CHAPTER = 7
+"""Number under which the time of what goes beyond the thesis is kept."""
 FILMED: Mapping[str, Any] = {"slope_deg": 45.0, "heading": 0.15}
 """The gait that is seen in motion."""
 FILMED_IMPULSE, FILM_WIDTH = 0.5, 400
-"""Number under which the time of what goes beyond the thesis is kept."""
 BACK_PULLS: Mapping[str, tuple[str, ...]] = {"FM": ("F", "M"), "F": ("F",), "M": ("M",), "none": ()}
 """Families in which the back legs pull."""
 
@@ -65,6 +65,7 @@ DATA = {
         ("objective", "slope_deg", "heading", "family"),
     ),
     "optima": (5, "Gaits with optimised actuation", ("objective", "slope_deg", "heading", "family")),
+    "single_leg": (2, "Gaits of one leg", ("variant", "function", "slope_deg", "heading")),
     "back_pulls": (BEYOND_CHAPTER, "Gaits whose back legs pull", ("slope_deg", "heading", "branch")),
     "decays": (BEYOND_CHAPTER, "Decay of simulated perturbations", ("gait",)),
     "fronts": (BEYOND_CHAPTER, "Trade-off of stability and efficiency", ("slope_deg", "family", "point")),
@@ -164,6 +165,11 @@ class Store:
         return self._stored("back_pulls", lambda: ls.atlas(animal, impulses=(), workers=self.workers))
 
     @cached_property
+    def single_leg(self) -> xr.Dataset:
+        """Gaits of the model that the thesis starts from."""
+        return self._stored("single_leg", lambda: single_leg.map_single_legs(SLOPES_DEG, self.workers))
+
+    @cached_property
     def decays(self) -> xr.Dataset:
         """Decay of simulated perturbations."""
         return self._stored("decays", lambda: decays(self.animal))
@@ -201,7 +207,9 @@ class Store:
     def beyond(self, pictures: Mapping[str, Path]) -> list[Section]:
         """Write the chapter beyond the thesis."""
         each_family = families.section(self.families, self.optima)
-        return sections(self.atlas, self.decays, self.back_pulls, self.fronts, each_family, self.yaw_section, pictures)
+        one_leg = single_leg.section(self.single_leg)
+        results = self.atlas, self.decays, self.back_pulls, self.fronts
+        return sections(*results, each_family, one_leg, self.yaw_section, pictures)
 
     @property
     def gait(self) -> ls.Gait:
@@ -248,6 +256,7 @@ class Store:
             selected_nelder_mead=self.nelder_mead_selected,
             measured=self.measured,
             back_pulls=self.back_pulls,
+            single_leg=self.single_leg,
         )
 
     @cached_property

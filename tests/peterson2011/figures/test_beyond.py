@@ -12,6 +12,7 @@ import legspring as ls
 from legspring.peterson2011.figures import FIGURES
 from legspring.peterson2011.figures.beyond import BEYOND, most_stable, second_minus_first
 from legspring.peterson2011.figures.families import of_families
+from legspring.peterson2011.single_leg import map_single_legs
 from legspring.peterson2011.yawing import force_ranges
 from tests.made_up import best_of, made_up_optima
 
@@ -52,6 +53,7 @@ def sources(roach: ls.Animal) -> dict[str, Any]:
             coords={"slope_deg": [0.0, 20.0], "family": ["A", "B"]},
             attrs={"heading": 0.15},
         ),
+        "single_leg": map_single_legs((0.0, 45.0)),
         "yawing": yawing,
         "yaw_forces": force_ranges({"one body": yawing, "another body": yawing.isel(branch=[0])}),
     }

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from legspring.peterson2011.claims import chapter4, chapter5, chapter6
+from legspring.peterson2011.claims import chapter2, chapter4, chapter5, chapter6
 from legspring.peterson2011.claims.criteria import MEANINGS
 from legspring.peterson2011.claims.evidence import Outcome, Part, Results, Verdict, combine
 
@@ -229,6 +229,13 @@ CLAIMS = (
         "Legs are down for more than half of a stride: in animals for 52 to 66 % on the level, 50 to 74 % on the "
         "vertical (quoted from measurements).",
         chapter6.duty,
+    ),
+    Claim(
+        27,
+        2,
+        "A model with a single active leg has gaits on the level, where it pushes; from slopes of 15 to 40 deg on it "
+        "pulls, for stability and robustness (quoted from work before).",
+        chapter2.single_leg,
     ),
 )
 """What the thesis claims."""

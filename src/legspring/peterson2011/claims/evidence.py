@@ -139,6 +139,8 @@ class Results:
         Peak forces of animals, of `legspring.peterson2011.published.published_forces`.
     back_pulls
         An atlas of the families in which the back legs pull; None if nobody has looked for them.
+    single_leg
+        Gaits of one leg, of `legspring.peterson2011.single_leg.map_single_legs`; None if there are none.
     criteria
         What the thesis's words are taken to mean.
     """
@@ -150,6 +152,7 @@ class Results:
     selected_nelder_mead: xr.Dataset
     measured: xr.Dataset
     back_pulls: xr.Dataset | None = None
+    single_leg: xr.Dataset | None = None
     criteria: Criteria = OURS
 
     @property

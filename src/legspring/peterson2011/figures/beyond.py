@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from legspring.drawing.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
 from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
+from legspring.peterson2011.claims.chapter2 import SWITCH_DEG
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES
 from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
@@ -248,6 +249,36 @@ def _fronts_of_slope(axes: Axes, fronts: xr.Dataset) -> dict[str, Line2D]:
     return lines
 
 
+@styled
+def single_leg(legs: xr.Dataset) -> Figure:
+    """Draw stability and robustness of one leg that pushes or pulls against slope, for some headings.
+
+    Parameters
+    ----------
+    legs
+        Over variant, function, slope_deg and heading; the first variant is drawn.
+    """
+    figure = new_figure(PAGE, 0.42 * PAGE)
+    panels = figure.subplots(1, 2, sharex=True)
+    shown = legs.isel(variant=0)
+    headings = shown["heading"].values.tolist()
+    for axes, name in zip(panels, ("max_multiplier", "recovery_steps"), strict=True):
+        for colour, function in zip(COLOURS, ("push", "pull"), strict=False):
+            for number, heading in enumerate(headings):
+                values = shown[name].sel(function=function, heading=heading)
+                shade = 0.35 + 0.65 * number / max(len(headings) - 1, 1)
+                words = f"{function}, {heading:g} rad"
+                axes.plot(values["slope_deg"], values, ".-", color=colour, alpha=shade, label=words)
+        for slope in SWITCH_DEG:
+            axes.axvline(slope, color=GRAY, linestyle=":", linewidth=0.8)
+        axes.set_xlabel("slope (deg)")
+    panels[0].axhline(1.0, color=GRAY, linewidth=0.6)
+    panels[0].set(ylim=(0.0, 2.0), ylabel="largest multiplier", title="a) stability")
+    panels[1].set(ylim=(0.0, None), ylabel="steps to recover", title="b) robustness")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(headings))
+    return figure
+
+
 BEYOND: Mapping[str, ThesisFigure] = {
     figure.number: figure
     for figure in (
@@ -292,6 +323,15 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "one; a family with a single point has no conflict. The axes differ from panel to panel.",
         ),
         *FAMILY_FIGURES,
+        ThesisFigure(
+            "beyond_single_leg",
+            "single_leg",
+            single_leg,
+            "One leg that pushes or pulls: a) largest multiplier of the most stable gait, b) steps to recover from an "
+            "impulse of 0.5, the more of both sides, against slope, for some headings; the leg has the length of the "
+            "middle ones and the stiffness of three. Between the dotted lines, by the thesis, pushing gives way to "
+            "pulling. Gaits that are not shown in b) do not recover.",
+        ),
         ThesisFigure(
             "beyond_yaw",
             "yawing",

@@ -20,6 +20,7 @@ Source = Literal[
     "decays",
     "back_pulls",
     "fronts",
+    "single_leg",
     "yawing",
     "yaw_forces",
 ]
@@ -37,6 +38,7 @@ Source = Literal[
 - ``decays``: of `legspring.peterson2011.decay.decays`
 - ``back_pulls``: an atlas of the families in which the back legs pull
 - ``fronts``: gaits of each family from the most stable to the cheapest, over slope_deg, family and point
+- ``single_leg``: of `legspring.peterson2011.single_leg.map_single_legs`
 - ``yawing``: an atlas of the cockroach as a rigid body
 - ``yaw_forces``: of `legspring.peterson2011.yawing.force_ranges`
 """
