@@ -142,7 +142,7 @@ def test_constraints_that_bind(thesis_map: Cells) -> None:
         ((45, 0.15), ()),
         ((15, 0.25), ("B: length and force-free length part clearly at touch-down",)),
         ((45, 0.0), ("M: the phase is at most 60 deg",)),
-        ((50, 0.45), ("there is a fixed point at a slightly larger heading",)),
+        ((50, 0.45), ("there is a fixed point at 1.05 times the heading, too",)),
     ):
         objective, actuation, z = around(thesis_map[cell][0], "stability")
         assert objective.active(objective(actuation, z)) == active

@@ -18,7 +18,7 @@ class Constraint(StrEnum):
     """What there may be a limit of; the number is that of `Constraints`, which makes words of it."""
 
     FIXED_POINT = "there is a gait"
-    FIXED_POINT_BESIDE = "there is a fixed point at a slightly larger heading"
+    FIXED_POINT_BESIDE = "there is a fixed point at {:g} times the heading, too"
     PHASE_LATEST = "the phase is at most {:g} deg"
     PHASE_EARLIEST = "the phase is at least {:g} deg"
     ANGLE_TOUCHDOWN = "length and force-free length part clearly at touch-down"
@@ -112,7 +112,8 @@ class Constraints:
     def words(self, constraint: Constraint) -> str:
         """Say what a constraint is about."""
         early, late = map(math.degrees, self.phase)
-        numbers = dict(zip(LIMITS, (*self.actuation, late, early), strict=False))
+        numbers: dict[Constraint, float] = dict(zip(LIMITS, (*self.actuation, late, early), strict=False))
+        numbers[Constraint.FIXED_POINT_BESIDE] = 1.0 + self.beside[0]
         return constraint.format(numbers.get(constraint))
 
     def heading_beside(self, heading: float) -> float:

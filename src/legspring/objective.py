@@ -220,7 +220,7 @@ class Objective:
         excess = self.constraints.excess(score.actuation, score.unknowns[1:], seen.angles[0], signed=False)
         near = np.argwhere(-CLOSE[:, None] < excess.T).tolist()
         names = [f"{pairs[pair]}: {self.constraints.words(LIMITS[rule])}" for rule, pair in near]
-        return (*names, *([str(Constraint.FIXED_POINT_BESIDE)] if self._is_near_fold(score) else []))
+        return (*names, *([self.constraints.words(Constraint.FIXED_POINT_BESIDE)] if self._is_near_fold(score) else []))
 
     def _is_near_fold(self, score: Score) -> bool:
         """Whether there is no fixed point any more a little further than there has to be one."""

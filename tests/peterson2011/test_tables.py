@@ -119,13 +119,23 @@ def test_table_3_1_has_every_constraint() -> None:
     table = constraint_table()
     assert [row[0] for row in table.rows] == [TABLE_3_1.words(constraint) for constraint in Constraint]
     assert [row[1] for row in table.rows].count("soft") == 3
+    assert "1.05 times the heading" in table.rows[1][0] and "Below 0.05 rad, at 0.0025 rad more" in table.rows[1][3]
+    assert all(row[3].endswith(".") for row in table.rows)
 
 
 def test_table_4_1_is_about_the_animal(roach: Animal) -> None:
-    table = parameter_table(roach.replace(stiffness=(1.0, 2.0, 3.0)))
-    assert table.rows[0] == ("F", "FL", "32", "25", "16", "1")
-    assert table.rows[2] == ("B", "BL", "19", "120", "9.5", "3")
-    assert "2.5 g" in table.caption
+    table = parameter_table(roach.replace(stiffness=(1.0, 2.0, 3.0)), (0.0, 45.0, 90.0), (0.05, 0.15))
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["nominal length l0"] == ("mm", "32", "26", "19", "")
+    assert rows["angle at touch-down beta"] == ("deg", "25", "-55", "120", "")
+    assert rows["actuation ldev"] == ("mm", "16", "13", "9.5", "")
+    assert rows["stiffness k"] == ("N/m", "1", "2", "3", "")
+    assert rows["mass m"] == ("g", "", "", "", "2.5")
+    assert rows["slope sigma"][-1] == "0 to 90 in steps of 45"
+    assert rows["initial heading delta0"][-1] == "0.05 to 0.15 in steps of 0.1"
+    assert rows["desired speed v_des"][-1] == "0.35 to 0.2, linear in the slope"
+    assert rows["step duration t_des"][-1] == "36.4 to 59.8, by the speed"
+    assert "FL, MR, BL" in table.caption
 
 
 def gaits(forces: list[float], families: list[str], objectives: list[float]) -> xr.Dataset:

@@ -19,8 +19,7 @@ from legspring.figures import Film
 from legspring.files import PathLike, check_output, whole_file
 from legspring.peterson2011.claims import Outcome, Results, Verdict
 from legspring.peterson2011.claims.criteria import MEANINGS, Criteria
-from legspring.peterson2011.claims.evidence import animal_of
-from legspring.peterson2011.tables import Cell, Table, parameter_table
+from legspring.peterson2011.tables import Cell, Table
 
 PACKAGES = ("numpy", "scipy", "numba", "xarray", "matplotlib")
 WIDE = 1500
@@ -179,7 +178,6 @@ def write_report(
         criteria=criteria_table(),
         beyond=beyond,
         data=data,
-        parameters=parameter_table(animal_of(results.atlas)),
         provenance=provenance(results),
         versions=versions(),
         total=sum(timings.values()),

@@ -44,7 +44,7 @@ from legspring.peterson2011.tables import (
     save_table,
 )
 from legspring.progress import progress_bar
-from legspring.sweep import IMPULSES, SLOPES_DEG
+from legspring.sweep import HEADINGS, IMPULSES, SLOPES_DEG
 
 LOG = logging.getLogger("legspring")
 TABLES = ("3.1", "4.1", "6.1", "6.2", "6.3", "6.1-6.3")
@@ -270,7 +270,7 @@ class Store:
         if number == "3.1":
             return constraint_table()
         if number == "4.1":
-            return parameter_table(self.animal)
+            return parameter_table(self.animal, SLOPES_DEG, HEADINGS)
         if number in self.force_tables:
             return self.force_tables[number]
         return difference_table(differences(self.optima, self.selected, self.nelder_mead_selected))

@@ -108,42 +108,71 @@ def _number(value: float) -> str:
 
 
 def constraint_table() -> Table:
-    """Return Table 3.1: what an optimised gait must keep to, and what it costs not to."""
+    """Return Table 3.1: what an optimised gait must keep to, what for, and what it costs not to."""
     missing = "max(10 + log10 e, 0), e the sum of squared residuals"
     angle = "0.05 (10 - a), a the angle between their curves against time in deg, rates in m/s; where a < 10"
-    penalties = {
-        Constraint.FIXED_POINT: ("hard", f"2 + 2 {missing}"),
-        Constraint.FIXED_POINT_BESIDE: ("hard", f"0.5 + 0.5 {missing}"),
-        Constraint.PHASE_LATEST: ("soft", "0.5 (phi - pi/3) / (pi/6)"),
-        Constraint.PHASE_EARLIEST: ("hard", "0.5 + 0.5 (-pi/2 - phi) / (pi/6)"),
-        Constraint.ANGLE_TOUCHDOWN: ("soft", angle),
-        Constraint.ANGLE_LIFTOFF: ("soft", angle),
-        Constraint.ACTUATION_LEAST: ("hard", "30 + (0.2 l0 - ldev) / (0.2 l0)"),
-        Constraint.ACTUATION_MOST: ("hard", "30 + (ldev - 0.9 l0) / (0.1 l0)"),
+    share, least = TABLE_3_1.beside
+    further = f"There are gaits around it, too: it is not the last one of its kind. Below {least / share:g} rad, at "
+    rows = {
+        Constraint.FIXED_POINT: ("hard", f"2 + 2 {missing}", "There is something to be optimised."),
+        Constraint.FIXED_POINT_BESIDE: ("hard", f"0.5 + 0.5 {missing}", f"{further}{least:g} rad more."),
+        Constraint.PHASE_LATEST: (
+            "soft",
+            "0.5 (phi - pi/3) / (pi/6)",
+            "Stances are long enough: those of late phases are short and weak.",
+        ),
+        Constraint.PHASE_EARLIEST: (
+            "hard",
+            "0.5 + 0.5 (-pi/2 - phi) / (pi/6)",
+            "At touch-down, the force-free length changes as the leg's function has it.",
+        ),
+        Constraint.ANGLE_TOUCHDOWN: ("soft", angle, "The force begins clearly, whatever disturbs the leg."),
+        Constraint.ANGLE_LIFTOFF: ("soft", angle, "The force ends clearly: the time of lift-off is well defined."),
+        Constraint.ACTUATION_LEAST: ("hard", "30 + (0.2 l0 - ldev) / (0.2 l0)", "Every leg does something."),
+        Constraint.ACTUATION_MOST: ("hard", "30 + (ldev - 0.9 l0) / (0.1 l0)", "Legs keep a length."),
     }
     return Table(
         "3.1",
-        "Constraints of the optimisation. Where one is not kept, its penalty is added to the objective.",
-        ("constraint", "type", "penalty"),
-        tuple((TABLE_3_1.words(constraint), *penalties[constraint]) for constraint in Constraint),
+        "Constraints of the optimisation. Where one is not kept, its penalty is added to the objective. The purposes "
+        "are in our words.",
+        ("constraint", "type", "penalty", "purpose"),
+        tuple((TABLE_3_1.words(constraint), *rows[constraint]) for constraint in Constraint),
     )
 
 
-def parameter_table(animal: Animal) -> Table:
-    """Return Table 4.1: the legs of an animal with fixed actuation."""
-    rows = []
-    for pair in animal.pairs:
-        leg = min((leg for leg in animal.legs if leg.pair == pair), key=lambda leg: leg.offset)
-        rows.append(
-            (pair, leg.name, 1e3 * leg.length, math.degrees(leg.angle), 1e3 * leg.actuation, float(leg.stiffness))
-        )
+def parameter_table(animal: Animal, slopes_deg: Sequence[float], headings: Sequence[float]) -> Table:
+    """Return Table 4.1: an animal with fixed actuation, and the grid on which its gaits are looked for."""
+    legs = [animal.legs[first] for first in animal.first_legs]
+    ends = [math.radians(slope) for slope in (min(slopes_deg), max(slopes_deg))]
+    speeds, durations = [list(map(law, ends)) for law in (animal.desired_speed, animal.step_duration)]
+    none: tuple[Cell, ...] = ("",) * len(legs)
+    rows: list[tuple[Cell, ...]] = [
+        ("nominal length l0", "mm", *(1e3 * leg.length for leg in legs), ""),
+        ("angle at touch-down beta", "deg", *(math.degrees(leg.angle) for leg in legs), ""),
+        ("actuation ldev", "mm", *(1e3 * leg.actuation for leg in legs), ""),
+        ("stiffness k", "N/m", *(float(leg.stiffness) for leg in legs), ""),
+        ("mass m", "g", *none, 1e3 * animal.body.mass),
+        ("slope sigma", "deg", *none, _grid(slopes_deg)),
+        ("initial heading delta0", "rad", *none, _grid(headings)),
+        ("desired speed v_des", "m/s", *none, "{:.3g} to {:.3g}, linear in the slope".format(*speeds)),
+        ("step duration t_des", "ms", *none, "{:.3g} to {:.3g}, by the speed".format(*(1e3 * t for t in durations))),
+    ]
+    names = ", ".join(leg.name for leg in legs)
     return Table(
         "4.1",
-        f"Parameters with fixed actuation. Mass {1e3 * animal.body.mass:g} g; angles are those of the legs that touch "
-        "down first, positive counter-clockwise from straight ahead.",
-        ("pair", "leg", "l0_mm", "beta_deg", "ldev_mm", "stiffness_N_per_m"),
+        f"Parameters with fixed actuation. Angles are those of the legs that touch down first ({names}), positive "
+        "counter-clockwise from straight ahead. Speeds and durations from the least slope to the greatest.",
+        ("quantity", "unit", *animal.pairs, "all"),
         tuple(rows),
     )
+
+
+def _grid(values: Sequence[float]) -> str:
+    """Say which values a grid has."""
+    steps = np.diff(values)
+    if len(steps) and np.allclose(steps, steps[0]):
+        return f"{values[0]:g} to {values[-1]:g} in steps of {steps[0]:g}"
+    return ", ".join(f"{value:g}" for value in values)
 
 
 def force_ranges(atlas: xr.Dataset, selected: xr.Dataset, nelder_mead: xr.Dataset | None = None) -> xr.Dataset:
