@@ -174,6 +174,8 @@ def test_recover(gait: ls.Gait) -> None:
         ("gaits", "--footfalls"),
         ("simulate", "--figure"),
         ("simulate", "--footfalls"),
+        ("simulate", "--motion"),
+        ("simulate", "--energies"),
         ("recover", "--figure"),
     ],
 )
@@ -303,6 +305,8 @@ OUTPUTS = {
     ("gaits", "--figure"): ("x.jpg", "must end in .png, .pdf, .svg"),
     ("simulate", "--out"): ("x.txt", "must end in .nc, .csv, .mat"),
     ("gaits", "--footfalls"): ("x.jpg", "must end in .png, .pdf, .svg"),
+    ("simulate", "--motion"): ("x.jpg", "must end in .png, .pdf, .svg"),
+    ("simulate", "--energies"): ("nowhere/x.png", "the directory {0}/nowhere must exist"),
     ("simulate", "--footfalls"): ("folder.png", "is a directory; must be a file"),
     ("simulate", "--figure"): ("nowhere/x.png", "the directory {0}/nowhere must exist"),
     ("animate", "--out"): ("x.avi", "must end in .gif, .html, .mp4, .webm"),

@@ -108,8 +108,9 @@ class Contacts(NamedTuple):
 class Samples(NamedTuple):
     """A motion at T times: states ``(T, 6)``, SI; legs down or not, ``(T, L)``.
 
-    Then hips as seen from the centre of mass, legs as seen from there, and feet, ``(T, L, 2)``, and force-free length
-    and force (in m g, > 0 pulling) of the legs, ``(T, L)``: all this without meaning in swing.
+    Then hips as seen from the centre of mass, legs as seen from there, and feet, ``(T, L, 2)``, and of the legs,
+    ``(T, L)``: force-free length, force (in m g, > 0 pulling), and rates of the force-free and of the actual length
+    (m/s). All this is without meaning in swing.
     """
 
     states: Floats
@@ -119,6 +120,8 @@ class Samples(NamedTuple):
     feet: Floats
     free: Floats
     force: Floats
+    free_rate: Floats
+    length_rate: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,14 +207,19 @@ class Flow:
         share: Floats = np.diff(time) @ self.tape.down[:steps] / (time[-1] - time[0])
         return share
 
-    def samples(self, times: Floats) -> Samples:
-        """Look at some times (in step durations) of what was recorded."""
+    def samples(self, times: Floats, index: Ints | None = None) -> Samples:
+        """Look at some times (in step durations) of what was recorded.
+
+        ``index`` says which of the integrator's steps is meant, where a time is at the end of one and the start of the
+        next; by default the next.
+        """
         tape = self.tape
-        count = int(tape.counts[0])
-        index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
-        y, legs = np.zeros((len(times), *tape.y.shape[1:])), np.zeros((len(times), tape.down.shape[1], 2))
+        if index is None:
+            count = int(tape.counts[0])
+            index = np.clip(np.searchsorted(tape.time[: count + 1], times, side="right") - 1, 0, count - 1)
+        y, legs = np.zeros((len(times), *tape.y.shape[1:])), np.zeros((len(times), tape.down.shape[1], 4))
         write_series(tape, index, np.asarray(times), y, legs)
-        states, (free, force) = y[:, :, 0], np.moveaxis(legs, -1, 0)
+        states, (free, free_rate, force, length_rate) = y[:, :, 0], np.moveaxis(legs, -1, 0)
         stance, down = tape.stance[index, :, :, 0], tape.down[index] != 0.0
         states = np.pad(states, ((0, 0), (0, 6 - states.shape[1])))
         states[:, [VX, VY, YAW_RATE]] /= self.unit
@@ -219,7 +227,8 @@ class Flow:
         hip_x, hip_y = stance[:, :, GRIP_X], stance[:, :, GRIP_X + 1]
         hips = np.stack([cosine * hip_x - sine * hip_y, sine * hip_x + cosine * hip_y], axis=-1)
         feet = stance[:, :, FOOT_X : FOOT_X + 2]
-        return Samples(states, down, hips, feet - states[:, None, :2] - hips, feet, free, force / self.weight)
+        rates = free_rate / self.unit, length_rate / self.unit
+        return Samples(states, down, hips, feet - states[:, None, :2] - hips, feet, free, force / self.weight, *rates)
 
 
 def directions(system: System, along: Sequence[Direction] | Floats) -> Floats:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -431,13 +431,15 @@ def optimal_atlas(
     return dataset
 
 
-def select(optima: xr.Dataset) -> xr.Dataset:
+def select(optima: xr.Dataset, by: Literal["penalised", "value"] = "penalised") -> xr.Dataset:
     """Choose the best family in each cell: the best objective; among those as good, the cheaper, the less actuated.
 
     Parameters
     ----------
     optima
         Of `optimal_atlas`.
+    by
+        The objective with its penalties, or without them.
 
     Returns
     -------
@@ -447,7 +449,7 @@ def select(optima: xr.Dataset) -> xr.Dataset:
     lengths = pair_lengths(Animal.model_validate_json(str(optima.attrs["parameters"])))
     rest = np.isfinite(optima["penalised"].values)
     effort = np.sum((optima["actuation"].values / lengths) ** 2, axis=-1)
-    for values, tie in ((optima["penalised"].values, TIE), (optima["transport_cost"].values, TIE), (effort, 0.0)):
+    for values, tie in ((optima[by].values, TIE), (optima["transport_cost"].values, TIE), (effort, 0.0)):
         least = np.min(np.where(rest, values, np.inf), axis=-1, keepdims=True)
         rest &= values <= least + tie
     axis = optima["penalised"].dims.index("family")

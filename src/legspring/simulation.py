@@ -11,6 +11,7 @@ from legspring.checks import checked_angle, checked_number, checked_positive, ch
 from legspring.flow import MOST_STEPS_AT_ONCE, NO_PUSH, Flow, Samples, flow
 from legspring.kernel.walker import Floats
 from legspring.layout import ACCURACY, PLACES, System, slope_for
+from legspring.measures.energy import energies
 from legspring.model import Animal, Body
 
 SAMPLES = 100
@@ -45,6 +46,7 @@ def simulation(
             "yaw": ("time", y[:, 4], _about("rad", "yaw, counter-clockwise from uphill")),
             "yaw_rate": ("time", y[:, 5], _about("rad/s", "yaw rate")),
             **_legs(run, samples),
+            **_energies(run, s, push),
             **_events(run),
             "leg_function": (
                 "pairs",
@@ -124,6 +126,26 @@ def _legs(run: Flow, samples: Samples) -> dict[str, tuple[tuple[str, ...], Float
     }
 
 
+def _energies(run: Flow, s: Floats, push: Floats) -> dict[str, tuple[tuple[str, ...], Floats, dict[str, str]]]:
+    """Return what body and springs have, where it came from, and what is left unaccounted for."""
+    seen = energies(run, s, push)
+    where = "height" if run.system.animal.sagittal else "height on the slope"
+    pushed = {"push_work": (("time",), seen.push, _about("J", "work of the push since the start"))} if len(push) else {}
+    return {
+        "kinetic_energy": (("time",), seen.kinetic, _about("J", "kinetic energy")),
+        "potential_energy": (("time",), seen.height, _about("J", f"energy of {where}, from the start")),
+        "spring_energy": (("time", "leg"), seen.springs, _about("J", "energy in the leg's spring")),
+        "actuation_work": (("time", "leg"), seen.actuation, _about("J", "work of the leg's actuation since the start")),
+        "lost_energy": (
+            ("time",),
+            seen.lost,
+            _about("J", "taken by dampers, and legs lifted off loaded"),
+        ),
+        **pushed,
+        "energy_balance": (("time",), seen.balance, _about("J", "energy from nowhere since the start: the error")),
+    }
+
+
 def _events(run: Flow) -> dict[str, tuple[str | tuple[str, ...], NDArray[np.generic], dict[str, str]]]:
     events = run.events
     names = np.array([leg.name for leg in run.system.animal.legs])
@@ -192,9 +214,9 @@ def simulate(
     xarray.Dataset
         Time series over time, leg and axis (lateral, fore_aft; in a side view horizontal, vertical) of position,
         velocity, yaw, feet, leg lengths, force-free lengths and forces (in m g), the moment of all legs about the
-        centre of mass, and the events. Its attributes say which animal it is and where: ``slope_deg``, ``heading``
-        and ``speed`` at the start, ``stride_duration`` (s); of one that is pushed
-        ``push_time``, begin and end (s), and ``push``, the velocity that it gives (m/s).
+        centre of mass, energies and works (J, :ref:`model-energy`), and the events. Its attributes say which animal it
+        is and where: ``slope_deg``, ``heading`` and ``speed`` at the start, ``stride_duration`` (s); of one that is
+        pushed ``push_time``, begin and end (s), and ``push``, the velocity that it gives (m/s).
 
     Raises
     ------

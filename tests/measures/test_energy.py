@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -80,3 +81,64 @@ def test_what_is_asked_for_is_what_is_measured(name: str, slope_deg: float) -> N
         ]
         difference = (ends[0] - ends[1]) / (2.0 * h)
         assert seen[row, column] * size == pytest.approx(difference * size, rel=1e-5, abs=1e-6 * gait.energy)
+
+
+def sums(run: xr.Dataset) -> tuple[float, float]:
+    """Return the greatest energy of a run, and its largest error of balance."""
+    held = run["kinetic_energy"] + abs(run["potential_energy"]) + run["spring_energy"].sum("leg")
+    return float(held.max()), float(abs(run["energy_balance"]).max())
+
+
+@pytest.mark.parametrize("name", ls.presets())
+def test_every_joule_is_accounted_for(name: str) -> None:
+    for gait in gaits_of(load_animal(name))[:2]:
+        run = gait.simulate(strides=2)
+        greatest, error = sums(run)
+        assert error < 2e-9 * greatest
+        # In a gait the body has at the end what it had at the start, but for its height.
+        climbed = float(run["potential_energy"][-1])
+        made = float(run["actuation_work"][-1].sum() - run["lost_energy"][-1])
+        assert made == pytest.approx(climbed, abs=2e-9 * greatest)
+        whole = energies(gait.animal, run) + (0.0 if gait.animal.sagittal else run["potential_energy"].values)
+        parts = run["kinetic_energy"] + run["potential_energy"] + run["spring_energy"].sum("leg")
+        np.testing.assert_allclose(parts - parts[0], whole - whole[0], atol=1e-12 * greatest)
+
+
+@pytest.mark.parametrize("name", ["cockroach", "cockroach_rigid", "climbing_template", "single_leg"])
+def test_a_push_does_work_and_that_is_all(name: str) -> None:
+    run = gaits_of(load_animal(name))[0].recover(0.4).simulate()
+    greatest, error = sums(run)
+    assert error < 1e-9 * greatest and abs(float(run["push_work"][-1])) > 1e-4 * greatest
+
+
+def test_what_dampers_and_loaded_legs_take(roach: Animal) -> None:
+    gait = ls.find_gaits(roach, slope_deg=45, heading=0.15)[0]
+    start: dict[str, Any] = {
+        "slope_deg": 45,
+        "heading": 0.15,
+        "speed": gait.speed,
+        "phase": gait.phase,
+        "family": gait.family,
+    }
+    whole = ls.simulate(roach, **start)
+    assert float(abs(whole["lost_energy"]).max()) < 1e-12
+    for other in (roach.replace(damping=0.005), roach.replace(stance=(0.4, 0.4, 0.4))):
+        run = ls.simulate(other, **start)
+        lost, (greatest, error) = run["lost_energy"].values, sums(run)
+        assert lost[-1] > 1e-3 * greatest and np.min(np.diff(lost)) > -1e-12 * greatest
+        assert error < 1e-9 * greatest
+
+
+def test_work_of_the_actuation_by_other_means(roach: Animal) -> None:
+    """By the trapezoidal rule, from forces and lengths of the time series."""
+    run = ls.find_gaits(roach, slope_deg=45, heading=0.15)[0].simulate(strides=1)
+    weight = roach.body.mass * roach.gravity
+    for leg in ("FL", "MR", "BL"):
+        one = run.sel(leg=leg)
+        along = one["force"].values / np.hypot(*one["force"].values.T).clip(1e-300)[:, None]
+        direction = (one["foot"] - one["hip"]).values
+        pull = np.sign(np.nansum(along * direction, axis=1)) * np.hypot(*one["force"].values.T)
+        length = np.nan_to_num(one["free_length"].values)
+        down = one["stance"].values[1:] & one["stance"].values[:-1]
+        work = -weight * 0.5 * (pull[1:] + pull[:-1]) * np.diff(length) * down
+        assert np.sum(work) == pytest.approx(float(one["actuation_work"][-1]), rel=2e-3)

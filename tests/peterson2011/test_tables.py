@@ -9,18 +9,10 @@ import xarray as xr
 from legspring import Animal, Gait
 from legspring.constraints import Constraint
 from legspring.peterson2011.constraints import TABLE_3_1
+from legspring.peterson2011.differences import Difference, difference_table, differences
+from legspring.peterson2011.force_tables import force_ranges, force_tables, peak_range
 from legspring.peterson2011.published import published_forces
-from legspring.peterson2011.tables import (
-    Difference,
-    constraint_table,
-    difference_table,
-    differences,
-    force_ranges,
-    force_tables,
-    parameter_table,
-    peak_range,
-    save_table,
-)
+from legspring.peterson2011.tables import constraint_table, parameter_table, save_table
 from tests.made_up import best_of, made_up_optima
 
 SLOPES_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)

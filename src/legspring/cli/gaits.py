@@ -12,6 +12,7 @@ from legspring.cli.options import (
     ApexHeight,
     Asymmetric,
     Branch,
+    EnergiesFile,
     Energy,
     Family,
     FigureFile,
@@ -22,6 +23,7 @@ from legspring.cli.options import (
     Json,
     LateralDrift,
     MeanSpeed,
+    MotionFile,
     Slope,
     Slow,
     Speed,
@@ -189,6 +191,8 @@ def simulate(
     as_json: Json = False,
     figure: FigureFile = None,
     footfalls: FootfallFile = None,
+    motion: MotionFile = None,
+    energies: EnergiesFile = None,
     animation: FilmFile = None,
 ) -> None:
     """Simulate a gait, or any start given by --speed, --heading, --phase and --family.
@@ -205,8 +209,8 @@ def simulate(
         from legspring.files import SAVERS, check_output
 
         check_output(out, list(SAVERS))
-    check_figure(figure)
-    check_figure(footfalls)
+    for path in (figure, footfalls, motion, energies):
+        check_figure(path)
     check_film(animation)
     check_strides(animal, strides)
     if speed is None and phase is None:
@@ -245,8 +249,14 @@ def simulate(
         # Without a family there is but one.
         about = {"family": family or next(iter(load_animal(animal).families)), "branch": None}
     print_run(run, about, strides, as_json)
-    drawn = (figure, draws("draw_simulation", run)), (footfalls, draws("draw_footfalls", run)), (animation, films(run))
-    save((out, partial(save_dataset, run)), *drawn)
+    save(
+        (out, partial(save_dataset, run)),
+        (figure, draws("draw_simulation", run)),
+        (footfalls, draws("draw_footfalls", run)),
+        (motion, draws("draw_motion", run)),
+        (energies, draws("draw_energy", run)),
+        (animation, films(run)),
+    )
 
 
 @app.command()

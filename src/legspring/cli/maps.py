@@ -179,6 +179,14 @@ def reproduce(
     method: Annotated[
         str, typer.Option(metavar="METHOD", help="Of the optimisation: default, or nelder-mead for the thesis's.")
     ] = "default",
+    starts: Annotated[
+        int,
+        typer.Option(
+            parser=integer,
+            metavar="NUMBER",
+            help="Further starts of the thesis's own search, to see what depends on them; each takes a while.",
+        ),
+    ] = 0,
     fresh: Annotated[bool, typer.Option("--fresh", help="Compute everything again.")] = False,
     workers: Annotated[
         int | None, typer.Option(parser=integer, metavar="NUMBER", help="Processes; by default one a core.")
@@ -200,6 +208,7 @@ def reproduce(
             only=tuple(part.strip() for part in only.split(",")) if only is not None else (),
             method=method,  # type: ignore[arg-type]  # checked there
             fresh=fresh,
+            starts=starts,
             workers=workers,
             progress=sys.stderr.isatty(),
         )

@@ -147,6 +147,13 @@ FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a fi
 FootfallFile = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw when each leg is down: .png, .pdf or .svg.")
 ]
+MotionFile = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Draw place, yaw, moment and lengths of legs against time: .png, .pdf or .svg."),
+]
+EnergiesFile = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw energies and works against time: .png, .pdf or .svg.")
+]
 FilmFile = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Make a moving picture: .gif, .html, .mp4 or .webm.")
 ]

@@ -11,6 +11,7 @@ from legspring.figures.animals import draw_animal, draw_animals
 from legspring.figures.footfalls import draw_footfalls
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
+from legspring.figures.series import draw_energy, draw_motion
 
 __all__ = [
     "Film",
@@ -18,8 +19,10 @@ __all__ = [
     "draw_animal",
     "draw_animals",
     "draw_atlas",
+    "draw_energy",
     "draw_footfalls",
     "draw_gait",
+    "draw_motion",
     "draw_recovery",
     "draw_simulation",
     "save_figure",

@@ -68,15 +68,17 @@ def write_series(tape: Tape, index: Ints, times: Floats, states: Floats, legs: F
     states
         ``(T, n, C)``: filled with the states and their derivatives.
     legs
-        ``(T, L, 2)``: filled with force-free length and force (per mass, > 0 pulling), without meaning in swing.
+        ``(T, L, 4)``: filled with force-free length and its rate, force (per mass, > 0 pulling) and rate of the length,
+        without meaning in swing.
     """
     for row in range(times.size):
         n, s, y = index[row], times[row], states[row]
         interpolate(tape.y[n], tape.dense[n], (s - tape.time[n]) / tape.size[n], y)
         lean, phase = turn(y), phase_at(s)
         for i in range(legs.shape[1]):
-            legs[row, i, 0] = law(s, tape.stance[n], i, phase)[0]
-            legs[row, i, 1] = leg_force(s, y, tape.stance[n], i, lean, phase)[5]
+            numbers = law(s, tape.stance[n], i, phase)
+            legs[row, i, 0], legs[row, i, 1] = numbers[0], numbers[1]
+            legs[row, i, 2], legs[row, i, 3] = rates_of(tape, n, s, i, lean, phase, y)
 
 
 @jit

@@ -10,10 +10,11 @@ import numpy as np
 from pydantic import AfterValidator, PlainSerializer, PrivateAttr, field_validator, model_validator
 
 from legspring.checks import shown
-from legspring.model._base import Frozen, Label, ModelError, NotNegative, Positive
+from legspring.model._base import Frozen, Label, ModelError, NotNegative, Positive, require_number
 from legspring.model.body import Body
 from legspring.model.laws import SpeedLaw, StepLaw
 from legspring.model.leg import Leg
+from legspring.model.scaling import scaled_fields
 
 
 class Families(Mapping[str, tuple[str, ...]]):
@@ -338,6 +339,46 @@ class Animal(Frozen):
             parts["legs"] = _changed_legs(animal, leg)
         animal = Animal(**dict(animal) | parts) if parts else animal
         return Animal(**dict(animal) | {"legs": _with_numbers(animal, single)}) if single else animal
+
+    def scale(self, *, length: float = 1.0, mass: float = 1.0) -> "Animal":
+        """Return an animal of another size that moves in the same way: dynamic similarity, in the same gravity.
+
+        See :ref:`model-scaling`.
+
+        Parameters
+        ----------
+        length : float
+            By what all its lengths are multiplied; times and speeds are by the square root.
+        mass : float
+            By what its masses are multiplied; forces are as well.
+
+        Returns
+        -------
+        Animal
+            The scaled copy. Its gaits are those of the original: phases, multipliers and transport cost are the same.
+
+        Raises
+        ------
+        ModelError
+            If a factor is no positive number, or leads to values that are not valid.
+
+        Examples
+        --------
+        A robot of ten times the length and a thousand times the mass of the cockroach:
+
+        >>> from legspring.model import cockroach
+        >>> robot = cockroach().scale(length=10, mass=1000)
+        >>> robot.body.mass, robot.legs[0].length, robot.legs[0].stiffness
+        (2.5, 0.32, 150.0)
+        """
+        for name, factor in (("length", length), ("mass", mass)):
+            try:
+                valid = float(require_number(factor)) > 0.0
+            except ValueError:
+                valid = False
+            if not valid:
+                raise ModelError(f"{name} = {shown(factor)}: must be a positive finite number")
+        return Animal(**dict(self) | scaled_fields(self, float(length), float(mass)))
 
     def without(self, *legs: str) -> "Animal":
         """Return the animal without some of its legs.

@@ -56,17 +56,6 @@ CHAPTERS = {
 }
 """Title and subject of the chapters."""
 
-NOTES = {
-    5: (
-        "The best actuation is often not unique: whole ranges of amplitudes reach the same eigenvalue or "
-        "cost. Figures 5.2 to 5.7 and 5.12 to 5.17 of the thesis then show where its search happened to stop. "
-        "Ours show the least actuation among equals, so that they may differ from the thesis's where both are "
-        "right. Claims are therefore judged twice: by these gaits, and by those at which the thesis's own "
-        "search (Nelder-Mead) ends when it is run again."
-    )
-}
-"""What to know before reading a chapter."""
-
 BADGES = {
     Outcome.HOLDS: "holds",
     Outcome.PARTLY: "partly",
@@ -127,6 +116,8 @@ def write_report(
     timings: Mapping[int, float],
     cells: Mapping[int, Path] | None = None,
     twins: Mapping[str, Picture] | None = None,
+    notes: Mapping[int, Sequence[str]] | None = None,
+    coverage: Table | None = None,
     films: Sequence[Moving] = (),
     beyond: Sequence[Section] = (),
     data: Sequence[File] = (),
@@ -149,6 +140,10 @@ def write_report(
         Files with the cells that each claim was judged by, by its number.
     twins
         What is shown beside some figures: the same by the thesis's own search.
+    notes
+        What to know before reading a chapter: paragraphs.
+    coverage
+        What the thesis has, and where it is.
     films
         Moving pictures, which are shown with their chapters.
     beyond
@@ -169,13 +164,16 @@ def write_report(
             raise ValueError(f"number = {number!r}: must start with a chapter, one of {', '.join(map(str, CHAPTERS))}")
     page = _environment(Path(path).parent).get_template("report.html.jinja")
     text = page.render(
-        chapters=[_chapter_parts(number, verdicts, figures, tables, films, timings) for number in CHAPTERS],
+        chapters=[
+            _chapter_parts(number, verdicts, figures, tables, films, timings, notes or {}) for number in CHAPTERS
+        ],
         verdicts=verdicts,
         counts=Counter(verdict.verdict for verdict in verdicts),
         badges=BADGES,
         cells=cells or {},
         twins=twins or {},
         criteria=criteria_table(),
+        coverage=coverage,
         beyond=beyond,
         data=data,
         provenance=provenance(results),
@@ -199,6 +197,7 @@ def _chapter_parts(
     tables: Mapping[str, Table],
     films: Sequence[Moving],
     timings: Mapping[int, float],
+    notes: Mapping[int, Sequence[str]],
 ) -> dict[str, Any]:
     """Collect what the report says about a chapter."""
     title, subject = CHAPTERS[chapter]
@@ -206,7 +205,7 @@ def _chapter_parts(
         "number": chapter,
         "title": title,
         "subject": subject,
-        "note": NOTES.get(chapter, ""),
+        "notes": notes.get(chapter, ()),
         "verdicts": [verdict for verdict in verdicts if verdict.chapter == chapter],
         "films": [moving for moving in films if moving.chapter == chapter],
         "figures": {number: picture for number, picture in figures.items() if _chapter(number) == chapter},
@@ -231,6 +230,8 @@ def _environment(directory: Path) -> jinja2.Environment:
     environment.filters |= {"inline": inline, "size": size, "link": link, "duration": duration}
     environment.tests["wide"] = lambda picture: size(picture.path)[0] > WIDE
     environment.tests["file"] = Path.is_file
+    # Of the thesis, and not of ours about it.
+    environment.tests["printed"] = lambda number: number.replace(".", "").isdecimal()
     return environment
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from scipy.optimize import minimize
 
 from legspring.kernel.walker import Floats
@@ -53,16 +54,26 @@ def nelder_mead(objective: Objective, start: Candidate) -> End:
 
 
 def chained(cases: Sequence[Case], seed: int) -> list[dict[Goal, dict[str, Any]]]:
-    """Find optima along rising slopes as the thesis does: each from its neighbour's, the first from a coarse search.
+    """Find optima along rising slopes as the thesis does: each from its neighbour's, the first from a start.
 
-    The chain starts in the middle, and ends where a search finds no gait.
+    The chain ends where a search finds no gait. Where the thesis's starts were is not known.
+
+    Parameters
+    ----------
+    cases
+        Of one heading and family.
+    seed
+        With 0, the start is the best of many gaits in the middle of the slopes; else any gait that is worth having, at
+        any slope.
     """
     out: list[dict[Goal, dict[str, Any]]] = [{} for _ in cases]
-    middle = len(cases) // 2
-    for first in sorted(range(len(cases)), key=lambda n: abs(n - middle)):
+    middle, rng = len(cases) // 2, np.random.default_rng(seed)
+    order = rng.permutation(len(cases)) if seed else sorted(range(len(cases)), key=lambda n: abs(n - middle))
+    for first in map(int, order):
         objective = cases[first].objective("stability")
-        start = rank(objective, scan(objective, seed, NODES), objective.constraints.no_gait)[:1]
-        if start:
+        starts = rank(objective, scan(objective, seed, NODES), objective.constraints.no_gait)
+        if starts:
+            start = [starts[int(rng.integers(len(starts)))] if seed else starts[0]]
             break
     else:
         return out

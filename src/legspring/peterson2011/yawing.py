@@ -12,9 +12,10 @@ from legspring.gait import Gait
 from legspring.model import Animal, load_animal
 from legspring.parallel import processes
 from legspring.peterson2011.claims.evidence import animal_of, exists
+from legspring.peterson2011.force_tables import HEADINGS, peak_range, table_cells
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Section
-from legspring.peterson2011.tables import HEADINGS, LEG_WORDS, Cell, Range, Table, peak_range, table_cells
+from legspring.peterson2011.tables import LEG_WORDS, Cell, Range, Table
 from legspring.peterson2011.walks import straight, walk, with_hips
 from legspring.sweep import atlas, find_all, provenance
 

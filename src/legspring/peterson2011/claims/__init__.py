@@ -237,6 +237,13 @@ CLAIMS = (
         "pulls, for stability and robustness (quoted from work before).",
         chapter2.single_leg,
     ),
+    Claim(
+        28,
+        6,
+        "The model columns of Tables 6.1 to 6.3: forces of gaits with fixed actuation, and of those best by either "
+        "objective.",
+        chapter6.printed_forces,
+    ),
 )
 """What the thesis claims."""
 

@@ -1,6 +1,7 @@
 """The claims of chapters 6 and 7: forces, measured and computed, and what animals choose."""
 
 import math
+from dataclasses import replace
 
 import xarray as xr
 
@@ -8,6 +9,7 @@ from legspring.peterson2011.claims.criteria import ALL, FEWEST
 from legspring.peterson2011.claims.evidence import (
     STEEP_SLOPE,
     Optima,
+    Outcome,
     Part,
     Results,
     at,
@@ -24,7 +26,8 @@ from legspring.peterson2011.claims.evidence import (
     within,
     yes,
 )
-from legspring.peterson2011.tables import OBJECTIVES, peak_range
+from legspring.peterson2011.force_tables import CLEAR, OBJECTIVES, peak_range, table_cells
+from legspring.peterson2011.published import published_forces
 
 NAMES = {"F": "front", "M": "middle", "B": "back"}
 ROUNDING = 0.02
@@ -292,3 +295,34 @@ def duty(results: Results) -> list[Part]:
             what = f"median share for which legs {pair} are down on the {name}, headings of 0.05 to 0.25 rad"
             parts.append(within(what, median(share_down), low, high, of=share_down))
     return parts
+
+
+def printed_forces(results: Results) -> list[Part]:
+    """Claim 28: whether the numbers of Tables 6.1 to 6.3 come out again."""
+    printed = published_forces()
+    fixed = abs(peak_range(results.published) - printed["model"])
+    return [
+        share("numbers with fixed actuation that are ours, to 0.02 m g", fixed <= ROUNDING, fixed.notnull(), ALL),
+        *(part for objective in OBJECTIVES for part in _printed_optima(results, objective, printed[objective])),
+    ]
+
+
+def _printed_optima(results: Results, objective: str, printed: xr.DataArray) -> list[Part]:
+    """Look for the printed numbers among those of the best gaits, by all searches, and among all optimised gaits."""
+    best = [peak_range(optima.best(objective)) for optima in results.searches]
+    if results.starts is not None:
+        best += [results.starts[objective].sel(start=n, drop=True) for n in results.starts["start"].values]
+    away = xr.concat([abs(one - printed) for one in best], dim="search").min("search")
+    searches = (
+        f"the best gaits, or those of {len(best) - 1} {'run' if len(best) == 2 else 'runs'} of the thesis's search"
+    )
+    reason = "Where the thesis's search ends depends on where it starts, which is not known."
+    found = share(f"{objective}: numbers that are those of {searches}", away <= CLEAR, away.notnull(), ALL, reason)
+    if found.outcome == Outcome.FAILS:
+        found = replace(found, outcome=Outcome.UNDECIDED)
+    all_of_them = [table_cells(optima.families.sel(objective=objective))["peak_force"] for optima in results.searches]
+    low = xr.concat([force.min(["heading", "family"]) for force in all_of_them], dim="search").min("search")
+    high = xr.concat([force.max(["heading", "family"]) for force in all_of_them], dim="search").max("search")
+    inside = (printed >= low - CLEAR) & (printed <= high + CLEAR)
+    among = printed.notnull() & low.notnull()
+    return [found, share(f"{objective}: numbers in the range of all optimised gaits that we know", inside, among, ALL)]

@@ -141,6 +141,9 @@ class Results:
         An atlas of the families in which the back legs pull; None if nobody has looked for them.
     single_leg
         Gaits of one leg, of `legspring.peterson2011.single_leg.map_single_legs`; None if there are none.
+    starts
+        Forces of Tables 6.1-6.3 by the thesis's search from several other starts, of
+        `legspring.peterson2011.force_tables.peak_ranges`, over ``start``; None if none were tried.
     criteria
         What the thesis's words are taken to mean.
     """
@@ -153,6 +156,7 @@ class Results:
     measured: xr.Dataset
     back_pulls: xr.Dataset | None = None
     single_leg: xr.Dataset | None = None
+    starts: xr.Dataset | None = None
     criteria: Criteria = OURS
 
     @property
