@@ -12,6 +12,7 @@ import xarray as xr
 from legspring import Animal, load_animal, simulate
 from legspring.figures import animate
 from legspring.peterson2011.claims import CLAIMS, Outcome, Part, Results, Verdict
+from legspring.peterson2011.coverage import ENTRIES, coverage_table
 from legspring.peterson2011.report import File, Moving, Picture, Section, duration, size, write_report
 from legspring.peterson2011.tables import Table
 
@@ -119,6 +120,20 @@ def test_everything_is_in_it(write: Callable[..., str]) -> None:
     assert "10.0 min" in page.text
     assert "5 hold" in page.text
     assert "share that 'most' asks for" in page.text
+
+
+def test_notes_tables_and_coverage(write: Callable[..., str]) -> None:
+    tables = {number: Table(number, f"About {number}.", ("a",), (("1",),)) for number in ("6.1", "6.differences")}
+    names = ("residual", "gaits", "least", "fixed", "printed", "clear", "stability", "efficiency")
+    coverage = coverage_table(verdicts(), dict.fromkeys(names, 1))
+    page = Page(write(tables=tables, notes={5: ["First note.", "Second note."]}, coverage=coverage))
+    assert "First note." in page.text and "Second note." in page.text
+    # What is not the thesis's has none of its numbers.
+    assert "Table 6.1" in page.text and "Table 6.differences" not in page.text and "About 6.differences." in page.text
+    assert "coverage" in {attributes.get("id") for _, attributes in page.elements}
+    assert all(all(row) for row in coverage.rows), "no row is empty"
+    named = {number for entry in ENTRIES for number in entry.claims}
+    assert named == set(range(1, len(CLAIMS) + 1)), "every claim is about some part"
 
 
 def test_links_lead_somewhere(write: Callable[..., str], tmp_path: Path) -> None:

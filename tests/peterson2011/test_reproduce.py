@@ -59,6 +59,10 @@ def test_all_figures_are_there(thesis: Path) -> None:
 def test_all_tables_and_data_are_there(thesis: Path) -> None:
     assert len(list((thesis / "tables").glob("*.csv"))) == len(TABLES)
     for name, (_, _, rows) in DATA.items():
+        if name == "start":
+            # None were asked for.
+            assert not list((thesis / "data").glob("start_*"))
+            continue
         with xr.open_dataset(thesis / "data" / f"{name}.nc") as dataset:
             assert set(rows) <= set(dataset.dims)
         with (thesis / "data" / f"{name}.csv").open(encoding="utf-8") as stream:
@@ -101,6 +105,20 @@ def test_the_method_of_the_thesis_and_a_fresh_start(thesis: Path, calls: Calls, 
     count = len(calls)
     reproduce(tmp_path, only=["5.1"], method="nelder-mead", fresh=True)
     assert len(calls) == count + 1
+
+
+def test_further_starts_of_the_thesiss_search(thesis: Path, calls: Calls) -> None:
+    before = len(calls)
+    reproduce(thesis, starts=2)
+    assert calls[before:] == ["nelder-mead"] * 2
+    reproduce(thesis, only=["6.agreement"], starts=2)
+    assert len(calls) == before + 2
+    with xr.open_dataset(thesis / "data" / "start_2.nc") as second:
+        assert {"stability", "efficiency"} == set(second.data_vars)
+    text = (thesis / "report.html").read_text(encoding="utf-8")
+    assert "From 2 other starts, it gives" in text and "3 runs of the thesis's search" in text.replace("&#39;", "'")
+    with (thesis / "tables" / "table_6_agreement.csv").open(encoding="utf-8") as stream:
+        assert [row["by"] for row in csv.DictReader(stream)].count("nearest of all other starts") == 2
 
 
 def test_datasets_of_other_code_are_not_used(calls: Calls, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -186,7 +204,12 @@ def test_times_count_what_stopped_runs_did(tmp_path: Path, monkeypatch: pytest.M
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [({"only": ["9.9"]}, "only = '9.9'"), ({"method": "simplex"}, "method = 'simplex'"), ({"workers": 0}, "workers")],
+    [
+        ({"only": ["9.9"]}, "only = '9.9'"),
+        ({"method": "simplex"}, "method = 'simplex'"),
+        ({"workers": 0}, "workers"),
+        ({"starts": -1}, "starts = -1"),
+    ],
 )
 def test_wrong_arguments_before_any_work(tmp_path: Path, change: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):

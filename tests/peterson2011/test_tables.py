@@ -10,7 +10,14 @@ from legspring import Animal, Gait
 from legspring.constraints import Constraint
 from legspring.peterson2011.constraints import TABLE_3_1
 from legspring.peterson2011.differences import Difference, difference_table, differences
-from legspring.peterson2011.force_tables import force_ranges, force_tables, peak_range
+from legspring.peterson2011.force_tables import (
+    agreement_table,
+    error_table,
+    force_ranges,
+    force_tables,
+    peak_range,
+    peak_ranges,
+)
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.tables import constraint_table, parameter_table, save_table
 from tests.made_up import best_of, made_up_optima
@@ -170,16 +177,16 @@ def test_a_difference_knows_where_it_occurs() -> None:
     ("forces", "objectives", "reason"),
     [
         ([0.20, 0.25], [0.15, 0.2], "gives its number. At heading 0.1 rad, our objective is 0.100 against 0.150, "
-         "family MB against B: it stops short of the minimum."),
+         "family MB against B: the thesis's method stops short of the minimum."),
         ([0.20, 0.25], [0.1, 0.2], "gives its number. At heading 0.1 rad, both end at the same objective, 0.100, "
          "family MB against B: the minimum is not unique."),
         ([0.12, 0.25], [0.05, 0.2], "comes closer. At heading 0.1 rad, our objective is 0.100 against 0.050, "
-         "family MB against B: it finds a better one."),
-        ([0.07, 0.25], [0.05, 0.2], "gives the same as ours: the search is not the reason."),
+         "family MB against B: the thesis's method finds a better one."),
+        ([0.07, 0.25], [0.05, 0.2], "gives the same as ours."),
         ([math.nan, 0.25], [math.nan, 0.2], "comes closer. At heading 0.1 rad, only our method finds a gait."),
         # The other method's least force is lower, so that its cell decides.
         ([0.20, -0.30], [0.15, 0.1], "comes no closer. At heading 0.2 rad, our objective is 0.200 against 0.100: "
-         "it finds a better one."),
+         "the thesis's method finds a better one."),
     ],
 )  # fmt: skip
 def test_reasons(forces: list[float], objectives: list[float], reason: str) -> None:
@@ -187,6 +194,30 @@ def test_reasons(forces: list[float], objectives: list[float], reason: str) -> N
     other = gaits(forces, ["B", "B"], objectives)
     found = differences(made_up_optima((45.0,), (0.1,)).where(False), ours, other)[0]
     assert found.explanation.endswith(f"The thesis's method, run again, {reason}")
+
+
+def test_other_starts_are_told() -> None:
+    ours, other = gaits([0.05, 0.25], ["MB", "B"], [0.1, 0.2]), gaits([0.07, 0.25], ["B", "B"], [0.05, 0.2])
+    starts = xr.concat([peak_ranges(gaits([least, 0.25], ["B", "B"], [0.1, 0.1])) for least in (0.1, 0.19)], "start")
+    found = differences(made_up_optima((45.0,), (0.1,)).where(False), ours, other, starts.assign_coords(start=[1, 2]))
+    assert found[0].explanation.endswith("gives the same as ours. From other starts it gives 0.10 to 0.19.")
+    fixed = ours.sel(objective="stability", drop=True).expand_dims(branch=[0])
+    table = agreement_table(force_ranges(fixed, ours, other), starts.assign_coords(start=[1, 2]))
+    rows = {(str(row[0]), str(row[1])): row[2:4] for row in table.cells}
+    total, agree = rows["stability", "best gaits"]
+    assert rows["stability", "the same from another start, 1"] == (total, agree)
+    # 0.19, the thesis's number, is met by the second start only.
+    assert rows["stability", "the same from another start, 2"] == (total, float(agree) + 1)  # type: ignore[arg-type]
+    assert rows["stability", "nearest of all other starts"] == (total, float(agree) + 1)  # type: ignore[arg-type]
+
+
+def test_distances_from_measured_forces(ranges: xr.Dataset) -> None:
+    table = error_table(ranges)
+    rows = {str(row[0]): row[1:] for row in table.cells}
+    away = (ranges["stability_thesis"] - ranges["experiment"]).sel(leg="F").values.ravel()
+    expected = math.sqrt(float(np.mean(away[np.isfinite(away)] ** 2)))
+    assert rows["stability, as printed"][1] == pytest.approx(expected)
+    assert set(rows) >= {"fixed", "fixed, as printed", "stability", "stability, by the thesis's method"}
 
 
 def test_a_family_that_was_not_selected_may_have_the_number() -> None:
