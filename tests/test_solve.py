@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from legspring import Animal, find_gaits, load_animal, search_gaits
+from legspring import Animal, ModelError, find_gaits, load_animal, search_gaits
 from legspring.asking import problem_for, tuned
 from legspring.gait import Gait, Invalid
 from legspring.layout import TIGHT
 from legspring.problem import GaitProblem
 from legspring.returnmap import complete_map
-from legspring.solve import Ending, hindmost, number_branches, solve, sort, zeros
+from legspring.solve import Ending, hindmost, number_branches, same_legs, solve, sort, zeros
 from legspring.starts import starts_for
 from tests.conftest import Cells, read_reference
 
@@ -417,3 +417,52 @@ def test_what_cannot_walk_is_soon_known_not_to() -> None:
         search = search_gaits(animal, starts=24)
         assert not search.gaits and not search.rejections
         assert sum(search.endings.values()) == 24
+
+
+def test_all_ways_to_push_and_pull(roach: Animal) -> None:
+    own = find_gaits(roach, slope_deg=45, heading=0.05)
+    every = find_gaits(roach, slope_deg=45, heading=0.05, family="all")
+    for gait, same in zip(own, every, strict=False):
+        assert (gait.family, gait.branch, gait.phase) == (same.family, same.branch, same.phase)
+    further = every[len(own) :]
+    assert [gait.branch for gait in every] == list(range(len(every)))
+    assert "none" in {gait.family for gait in further}, "one in which no leg pushes"
+    for gait in further:
+        assert gait.family not in roach.families and gait.invalid() is None
+        forces = gait.peak_force[:, 1] * np.array([1.0, 1.0, -1.0])
+        pulls = [side > 0 for side in gait.animal.functions(gait.family)]
+        assert (forces > 0.0).tolist() == pulls
+
+
+def test_a_leg_is_not_counted_twice(roach: Animal) -> None:
+    # The same legs by other names: phi + pi with the other sign.
+    gait = find_gaits(roach, slope_deg=45, heading=0.15)[0]
+    every = roach.every_family()
+    other = replace(
+        gait, animal=every, family="none", phase=(*gait.phase[:2], math.remainder(gait.phase[2] + math.pi, 2 * math.pi))
+    )
+    assert same_legs(gait, other) and not same_legs(gait, replace(gait, animal=every, family="none"))
+
+
+def test_too_many_pairs_for_all_families() -> None:
+    with pytest.raises(ModelError, match="must have 6 pairs of legs at most"):
+        find_gaits(load_animal("centipede"), slope_deg=0, family="all")
+
+
+@pytest.mark.parametrize(
+    "name", ["F.angle", "F.actuation", "step_duration", "mass", "gravity", "stiffness", "M.length"]
+)
+def test_what_is_let_go_is_what_the_animal_would_have_to_have(name: str, roach: Animal) -> None:
+    """A gait of another speed is one of the animal that has the value found, and that one has it at that speed."""
+    before = find_gaits(roach, slope_deg=45, heading=0.15)[0]
+    speed = before.speed + 0.0005
+    gaits = find_gaits(roach, slope_deg=45, heading=0.15, speed=speed, free=(name,))
+    assert gaits, f"none with {name} free"
+    for gait in gaits:
+        assert gait.speed == pytest.approx(speed, rel=1e-12)
+        assert gait.mean_speed == pytest.approx(gait.system.desired_speed, rel=1e-11)
+        other = find_gaits(roach.replace(**{name: gait.freed[name]}), slope_deg=45, heading=0.15)
+        nearest = min(other, key=lambda one: float(np.max(np.abs(np.subtract(one.phase, gait.phase)))))
+        np.testing.assert_allclose(nearest.phase, gait.phase, atol=1e-8)
+        assert nearest.speed == pytest.approx(speed, rel=1e-9)
+        np.testing.assert_allclose(np.abs(nearest.multipliers), np.abs(gait.multipliers), atol=1e-6)

@@ -237,7 +237,10 @@ class GaitProblem:
             along = self.system.direction(name)
             p[along != 0.0] = self.pins.get(name, 0.0)
         for name in self.free:
-            p[self.system.direction(name) != 0.0] = 0.0
+            own = self.system.direction(name)
+            # What moves with it is where it is for the value that the animal has.
+            p -= float(self.system.values[self.system.place_of(name)]) * (self.direction(name) - own)
+            p[own != 0.0] = 0.0
         return p
 
     @cached_property

@@ -43,6 +43,8 @@ AT_ONCE = 8
 MOST_EFFORT = 100_000_000
 """Evaluations of the equations of motion after which the search for one family begins from no more starts."""
 MOST_SETTLINGS = 4
+ALL = "all"
+"""In place of a family: all ways in which legs may push and pull."""
 SAME = 1e-5
 """Difference of unknowns below which two solutions are one."""
 
@@ -345,6 +347,17 @@ def number_branches(gaits: Sequence[Gait]) -> tuple[Gait, ...]:
     return tuple(replace(gait, branch=number) for number, gait in enumerate(ordered))
 
 
+def number_all(gaits: Sequence[Gait], named: Sequence[str]) -> tuple[Gait, ...]:
+    """Give gaits their branch: first those of families that an animal names, then others that are not the same."""
+    first = number_branches([gait for gait in gaits if gait.family in named])
+    kept = list(first)
+    for gait in gaits:
+        if gait.family not in named and not any(same_legs(gait, other) for other in kept):
+            kept.append(gait)
+    further = number_branches(kept[len(first) :])
+    return (*first, *(replace(gait, branch=len(first) + gait.branch) for gait in further))
+
+
 def settled(problem: GaitProblem, gait: Gait) -> tuple[GaitProblem, Gait]:
     """Return a solution with the contacts with which it ends, if it is still one with these.
 
@@ -380,6 +393,18 @@ def same_gait(one: Gait, other: Gait) -> bool:
     return abs(one.yaw_rate - other.yaw_rate) * system.step_duration < SAME and math.isclose(
         one.step_duration, other.step_duration, rel_tol=SAME
     )
+
+
+def same_legs(one: Gait, other: Gait) -> bool:
+    """Whether two gaits, of different families, are one: a leg that pulls half a cycle later is one that pushes."""
+    system, further = one.system, other.system
+    shifted = [
+        phase + (math.pi if amount > 0.0 and side != own else 0.0)
+        for phase, amount, side, own in zip(
+            other.phase, other.actuation, further.functions, system.functions, strict=True
+        )
+    ]
+    return np.allclose(one.actuation, other.actuation) and same_gait(one, replace(other, phase=tuple(shifted)))
 
 
 def without_doubles(gaits: Sequence[Gait], problems: Sequence[GaitProblem]) -> list[Gait]:
@@ -435,7 +460,9 @@ def search_gaits(
         Either of them; rad or degrees. Not needed where the animal's speed law is for one slope only, nor from the
         side, where the ground is level without.
     family
-        Only gaits of this family are returned; branches are numbered over all.
+        Only gaits of this family are returned; branches are numbered over all. Or ``"all"``: whatever legs push and
+        pull, whether the animal has such a family or not (see `Animal.every_family`); gaits of its own families keep
+        their numbers, further ones follow.
     actuation
         Magnitudes for each pair of legs, m; by default the animal's.
     speed, mean_speed, lateral_drift
@@ -462,7 +489,8 @@ def search_gaits(
         For an angle out of range, an unknown family or parameter, or targets that do not fit what is free.
     """
     angle, starts = slope_for(animal, slope, slope_deg), checked_whole("starts", starts, 1, MOST_STARTS)
-    if family is not None:
+    every = family == ALL and ALL not in animal.families
+    if family is not None and not every:
         animal.functions(family)
     if heading is not None and animal.tuned:
         checked_angle("heading", heading, math.pi / 2)
@@ -479,6 +507,9 @@ def search_gaits(
     gaits: list[Gait] = []
     rejections: list[Rejection] = []
     steps, endings = 0, Counter[Ending]()
+    named = list(animal.families)
+    if every:
+        animal = animal.every_family()
     problems = {
         label: problems_for(animal, angle, label, given, checked_names("free", free), actuation, mirrored)
         for label in animal.families
@@ -496,8 +527,8 @@ def search_gaits(
                 endings += ends
                 steps += taken
             gaits += without_doubles(of_family, some) if len(some) > 1 or some[0].system.contacts else of_family
-    numbered = number_branches(gaits)
-    if family is not None:
+    numbered = number_branches(gaits) if not every else number_all(gaits, named)
+    if family is not None and not every:
         numbered = tuple(gait for gait in numbered if gait.family == family)
         rejections = [rejection for rejection in rejections if rejection.solution.family == family]
     return Search(numbered, tuple(rejections), dict(endings), steps)

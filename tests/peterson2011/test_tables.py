@@ -170,7 +170,7 @@ def test_a_difference_knows_where_it_occurs() -> None:
     assert (found.extreme, found.ours, found.thesis) == ("min", 0.05, 0.19)
     assert (found.heading, found.family, found.active) == (0.10, "MB", "B: a constraint")
     assert math.isnan(found.nelder_mead) and not found.nelder_mead_is_closer
-    assert found.explanation == "Ours: heading 0.1 rad, family MB, held by B: a constraint."
+    assert found.explanation == "Ours: heading 0.1 rad, family MB; what binds there: B: a constraint."
 
 
 @pytest.mark.parametrize(

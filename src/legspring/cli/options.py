@@ -75,7 +75,13 @@ Heading = Annotated[
         show_default=False,
     ),
 ]
-Family = Annotated[str | None, typer.Option(help="Only this family: which pairs of legs push, by the animal's label.")]
+Family = Annotated[
+    str | None,
+    typer.Option(
+        help="Only this family: which pairs of legs push, by the animal's label; all: whatever legs push and pull, of "
+        "the animal's families or not."
+    ),
+]
 Branch = Annotated[
     int | None,
     typer.Option(

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from itertools import combinations
 from math import radians
 from numbers import Real
 from typing import Annotated, Any, Self
@@ -15,6 +16,9 @@ from legspring.model.body import Body
 from legspring.model.laws import SpeedLaw, StepLaw
 from legspring.model.leg import Leg
 from legspring.model.scaling import scaled_fields
+
+MOST_PAIRS = 6
+"""Pairs of legs of which all ways to push and to pull can be looked at."""
 
 
 class Families(Mapping[str, tuple[str, ...]]):
@@ -339,6 +343,38 @@ class Animal(Frozen):
             parts["legs"] = _changed_legs(animal, leg)
         animal = Animal(**dict(animal) | parts) if parts else animal
         return Animal(**dict(animal) | {"legs": _with_numbers(animal, single)}) if single else animal
+
+    def every_family(self) -> "Animal":
+        """Return the animal with a family for each way in which its pairs may push and pull, its own first.
+
+        Returns
+        -------
+        Animal
+            A copy. The further families are named by the pairs that push, or ``"none"``.
+
+        Raises
+        ------
+        ModelError
+            If it has so many pairs that there are too many ways.
+
+        Examples
+        --------
+        >>> from legspring.model import cockroach
+        >>> list(cockroach().every_family().families)
+        ['A', 'FB', 'MB', 'B', 'none', 'F', 'M', 'FM']
+        """
+        if len(self.pairs) > MOST_PAIRS:
+            raise ModelError(f"animal = {self.name!r}: must have {MOST_PAIRS} pairs of legs at most for all families")
+        families, known = dict(self.families), {frozenset(pushing) for pushing in self.families.values()}
+        between = "" if all(len(pair) == 1 for pair in self.pairs) else "+"
+        for count in range(len(self.pairs) + 1):
+            for pushing in combinations(self.pairs, count):
+                label = between.join(pushing) or "none"
+                while label in families:
+                    label += "*"
+                if frozenset(pushing) not in known:
+                    families[label] = pushing
+        return Animal(**dict(self) | {"families": families})
 
     def scale(self, *, length: float = 1.0, mass: float = 1.0) -> "Animal":
         """Return an animal of another size that moves in the same way: dynamic similarity, in the same gravity.

@@ -87,7 +87,7 @@ class Difference:
     @property
     def explanation(self) -> str:
         """What the facts say, in a sentence or two."""
-        held = f", held by {self.active}" if self.active else ""
+        held = f"; what binds there: {self.active}" if self.active else ""
         where = f"Ours: heading {self.heading:g} rad, family {self.family}{held}."
         return " ".join(filter(None, [where, self._by_method(), self._elsewhere()]))
 
@@ -107,9 +107,8 @@ class Difference:
         low, high = self.starts
         if math.isnan(low):
             return ""
-        if high - low < CLEAR:
-            return f" From other starts, too, it gives {low:.2f} to {high:.2f}."
-        return f" From other starts it gives {low:.2f} to {high:.2f}."
+        ends = dict.fromkeys((f"{low:.2f}", f"{high:.2f}"))
+        return f" From other starts it gives {' to '.join(ends)}."
 
     def _reason(self) -> str:
         ours, other = self.decisive_objectives
