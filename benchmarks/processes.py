@@ -36,6 +36,21 @@ print(json.dumps(result))
 """
 
 
+STRIDE = """
+import statistics, time
+from benchmarks.numpy_walker import simulate
+from benchmarks.subjects import point_masses
+problems = [subject.problem() for subject in point_masses()]
+times = []
+for _ in range(3):
+    begin = time.perf_counter()
+    for problem in problems:
+        simulate(problem, rtol=1e-10, atol=1e-12)
+    times.append((time.perf_counter() - begin) / len(problems))
+print(statistics.median(times))
+"""
+
+
 @dataclass(frozen=True)
 class Done:
     """A process that has ended: time from its start to its end, time of the processor, s, and what it printed."""
@@ -93,6 +108,25 @@ def cached(quick: bool) -> list[Figure]:
     return [
         Figure("from the shell to a first gait, cached", first.wall, "s", 2.0, 1.0, detail=detail),
         Figure("legspring --help", shown.wall, "s", 0.3, 0.15, detail={"cpu_s": shown.cpu}),
+    ]
+
+
+def thesis(quick: bool) -> list[Figure]:
+    """Reproduce the thesis, with one stride by SciPy as a first-time user writes it for a unit."""
+    if quick:
+        return []
+    command = "from legspring.peterson2011.reproduce import reproduce; import sys; reproduce(sys.argv[1])"
+    with tempfile.TemporaryDirectory() as folder:
+        # What is compiled is compiled before; half of the strides are timed before, half after.
+        run(sys.executable, "-c", command.replace("argv[1])", "argv[1], only=['3.2'])"), folder)
+        before = float(run(sys.executable, "-c", STRIDE).printed)
+        done = run(sys.executable, "-c", command, folder)
+        after = float(run(sys.executable, "-c", STRIDE).printed)
+    stride = 0.5 * (before + after)
+    detail = {"wall_s": done.wall, "cpu_s": done.cpu, "scipy_stride_ms": [1e3 * before, 1e3 * after]}
+    return [
+        Figure("reproduce, in strides by SciPy", done.wall / stride, "", 12_000.0, 7_500.0, detail=detail),
+        Figure("reproduce", done.wall, "s"),
     ]
 
 

@@ -22,6 +22,7 @@ BENCHMARKS = {
     "cold": ("processes", "cold"),
     "cached": ("processes", "cached"),
     "atlas": ("processes", "atlas"),
+    "thesis": ("processes", "thesis"),
     "neighbours": ("neighbours", "measure"),
     "strides": ("strides", "measure"),
 }
