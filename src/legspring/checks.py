@@ -163,6 +163,9 @@ def checked_vector(name: str, value: Any, size: int) -> Floats:
     ValueError
         If there are more or fewer numbers, or one is not finite.
     """
+    if type(value) is np.ndarray and value.dtype == float and value.shape == (size,) and np.isfinite(value).all():
+        # What searches ask for, many times.
+        return value.copy()
     vector = _numbers(value, size)
     if len(vector) == 1:
         vector *= size

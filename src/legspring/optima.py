@@ -139,7 +139,9 @@ def improved(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence
 def lessened(case: Case, goal: Goal, starts: Sequence[Candidate], ends: Sequence[End]) -> list[End]:
     """Look for a smaller actuation than the first end's, from starts that are unlike it, as good as the best end."""
     best = min(ends, key=lambda end: end.score.total)
-    news = [start for start in starts if not are_alike(start, ends[0].candidate)]
+    # One that is itself no smaller seldom leads to one that is.
+    less = [start for start in starts if float(np.sum(start.actuation**2)) < ends[0].effort]
+    news = [start for start in less if not are_alike(start, ends[0].candidate)]
     return [lessen(case.objective(goal), ends[0], best, news), *ends[1:]]
 
 

@@ -235,9 +235,9 @@ def _environment(directory: Path) -> jinja2.Environment:
     return environment
 
 
-def inline(path: Path) -> str:
-    """Return a PNG file as a data URL."""
-    return f"data:image/png;base64,{b64encode(path.read_bytes()).decode('ascii')}"
+def inline(path: Path) -> Markup:
+    """Return a PNG file as a data URL, in which there is nothing to be escaped."""
+    return Markup("data:image/png;base64,") + Markup(b64encode(path.read_bytes()).decode("ascii"))
 
 
 def size(path: Path) -> tuple[int, int]:

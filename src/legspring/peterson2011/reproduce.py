@@ -129,7 +129,8 @@ def draw(store: Store, directory: Path, figures: Sequence[ThesisFigure]) -> floa
 def draw_one(figure: ThesisFigure, data: Any, folder: Path) -> None:
     """Draw a figure into its files."""
     drawn = figure.draw(data)
-    for suffix in (".png", ".pdf"):
+    # What stands beside another figure is for comparison, and not for print.
+    for suffix in (".png",) if figure.suffix else (".png", ".pdf"):
         save_figure(drawn, folder / f"{figure.stem}{suffix}")
         # Everything has its place now: to look for it again takes as long as to draw.
         drawn.set_layout_engine("none")
