@@ -38,7 +38,8 @@ def plain_number(text: str) -> float:
 
 def plain_integer(text: str) -> int:
     """Read a whole number in the usual digits."""
-    return int(text if text.isascii() and "_" not in text else "")
+    # As of numbers, a default comes by as it is.
+    return int(text if str(text).isascii() and "_" not in str(text) else "")
 
 
 def positive_number(text: str) -> float:

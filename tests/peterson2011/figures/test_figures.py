@@ -176,13 +176,23 @@ def test_existence_shows_every_family_in_a_corner_of_its_own(sources: dict[str, 
     figure, optima = draw("5.1", sources), sources["optima"]
     for axes, objective in zip(figure.axes, ("stability", "efficiency"), strict=True):
         drawn = places(axes)
-        assert list(drawn) == FAMILIES
+        unstable = {family: drawn.pop(f"_{family}, unstable") for family in FAMILIES}
+        assert list(drawn) == FAMILIES and not any(unstable.values())
         assert len(set.union(*drawn.values())) == sum(map(len, drawn.values())), "no marker hides another"
         for family, points in drawn.items():
             there = cells_of(optima["speed"].sel(objective=objective, family=family).notnull())
             cells = {(float(cell["slope_deg"]), float(cell["heading"])) for cell in there}
             nearest = {(15.0 * round(x / 15.0), round(0.1 * round((y - 0.05) / 0.1) + 0.05, 2)) for x, y in points}
             assert nearest == cells
+
+
+def test_existence_tells_gaits_that_are_unstable(sources: dict[str, Any]) -> None:
+    optima = sources["optima"]
+    worse = optima.assign(max_multiplier=optima["max_multiplier"] + 1.0)
+    for axes in FIGURES["5.1"].draw(worse).axes:
+        drawn = places(axes)
+        assert not any(drawn[family] for family in FAMILIES)
+        assert all(drawn[f"_{family}, unstable"] for family in FAMILIES)
 
 
 def test_measured_ranges_are_bars_and_missing_ones_are_named() -> None:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from legspring.drawing.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
 from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
 from legspring.peterson2011.claims.chapter2 import SWITCH_DEG
-from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES
+from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, UNSTABLE
 from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
 from legspring.peterson2011.figures.families import FAMILY_FIGURES
@@ -288,7 +288,7 @@ BEYOND: Mapping[str, ThesisFigure] = {
             second_branch,
             "The second gait of a cell minus the published one: a) largest eigenvalue magnitude as the thesis has it, "
             "b) transport cost. Where it is blue, the second is the more stable or the cheaper one. Markers show the "
-            f"second gait's family ({FAMILY_WORDS}); hatched cells have no second gait.",
+            f"second gait's family ({FAMILY_WORDS}); cells hatched in grey have no second gait.",
         ),
         ThesisFigure(
             "beyond_true_stability",
@@ -296,7 +296,7 @@ BEYOND: Mapping[str, ThesisFigure] = {
             true_stability,
             "Stability of the published gaits: a) largest magnitude of the complete map's multipliers, which says how "
             "much of a disturbance a stride leaves, in the colours of Figure 4.2; b) the same minus the thesis's "
-            "eigenvalue. Where it is red, the gait is less stable than the thesis has it.",
+            f"eigenvalue. Where it is red, the gait is less stable than the thesis has it. {UNSTABLE}",
         ),
         ThesisFigure(
             "beyond_decays",
@@ -312,7 +312,7 @@ BEYOND: Mapping[str, ThesisFigure] = {
             back_legs_pull,
             "Gaits whose back legs pull: a) largest magnitude of the complete map's multipliers, b) transport cost. "
             "Markers show which legs push (F: front; M: middle; none: all legs pull). Where there are several in a "
-            "cell, the one with the most negative phase of the back legs is shown.",
+            f"cell, the one with the most negative phase of the back legs is shown. {UNSTABLE}",
         ),
         ThesisFigure(
             "beyond_trade_off",
@@ -338,7 +338,7 @@ BEYOND: Mapping[str, ThesisFigure] = {
             yaw,
             "The cockroach as a rigid body that yaws, its hips where they are: the most stable gait of each cell. "
             "a) Largest magnitude of the complete map's multipliers, minus 1: where it is red, small disturbances "
-            f"grow. b) Largest yaw to either side. Markers show the families ({FAMILY_WORDS}).",
+            f"grow. b) Largest yaw to either side. Markers show the families ({FAMILY_WORDS}). {UNSTABLE}",
         ),
         ThesisFigure(
             "beyond_yaw_forces",

@@ -30,6 +30,8 @@ def speed_and_phases(atlas: xr.Dataset, branch: int = 0) -> Figure:
     return figure
 
 
+UNSTABLE = "Gaits that are unstable by the complete map are hatched in black."
+
 FIGURES = (
     ThesisFigure(
         "4.1",
@@ -37,7 +39,7 @@ FIGURES = (
         speed_and_phases,
         "Fixed actuation: initial speed of a step, and the phases of front, middle and back legs. Of several gaits "
         "in a cell, these maps and those that follow show the one with the most negative phase of the back legs; "
-        "the thesis shows no other.",
+        f"the thesis shows no other. {UNSTABLE}",
     ),
     ThesisFigure(
         "4.2",
@@ -45,27 +47,28 @@ FIGURES = (
         partial(draw_atlas, name="reduced_eigenvalue", limits=EIGENVALUES),
         f"Fixed actuation: largest eigenvalue magnitude, with markers for the families ({FAMILY_WORDS}). It is that of "
         "the map of speed and heading, as in the thesis. Where legs of the step before are still down, as in most "
-        "cells, a disturbance decays at another rate: that of the complete map.",
+        "cells, a disturbance decays at another rate: that of the complete map. "
+        f"{UNSTABLE}",
     ),
     ThesisFigure(
         "4.3",
         "atlas",
         partial(draw_atlas, name="recovery_steps", limits=STEPS, impulse=0.5),
         "Fixed actuation: steps to recover from a push to the side of half of the momentum at the desired speed. "
-        "Gaits that never recover are crossed.",
+        f"Gaits that never recover are crossed. {UNSTABLE}",
     ),
     ThesisFigure(
         "4.4",
         "atlas",
         partial(draw_atlas, name="recovery_steps", y="impulse", limits=STEPS, families=False, heading=0.15),
         "Fixed actuation, heading 0.15 rad: steps to recover against slope and impulse. The row without an impulse "
-        "has nothing to recover from.",
+        f"has nothing to recover from. {UNSTABLE}",
     ),
     ThesisFigure(
         "4.5",
         "atlas",
         partial(draw_atlas, name="transport_cost", limits=COSTS),
         "Fixed actuation: transport cost. Where no leg does negative work, as in almost all gaits in "
-        "which only the back legs push, it is the sine of the slope, the least that there can be.",
+        f"which only the back legs push, it is the sine of the slope, the least that there can be. {UNSTABLE}",
     ),
 )

@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from legspring.drawing.style import COLOURS, MARKERS, PAGE, label, new_figure, styled
-from legspring.figures.maps import Limits, draw_atlas, draw_panels, edges, family_order
-from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES
+from legspring.figures.maps import NEUTRAL, Limits, draw_atlas, draw_panels, edges, family_order
+from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES, UNSTABLE
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
 
 ACTUATIONS = (0.2, 0.9)
@@ -37,18 +37,21 @@ def existence(optima: xr.Dataset) -> Figure:
     across, up = (0.23 * float(np.diff(edges(values)[:2])[0]) for values in (slope, heading))
     for axes, objective in zip(panels, objectives, strict=True):
         for number, family in enumerate(families):
-            there = optima["speed"].sel(objective=objective, family=family).transpose("slope_deg", "heading")
-            rows, columns = np.nonzero(there.notnull().values)
-            axes.plot(
-                slope[rows] + (across if number % 2 else -across),
-                heading[columns] + (up if number < 2 else -up),
-                linestyle="none",
-                marker=MARKERS[number],
-                color=COLOURS[number],
-                markeredgewidth=0.0,
-                markersize=3.5,
-                label=family,
-            )
+            gaits = optima.sel(objective=objective, family=family).transpose("slope_deg", "heading", ...)
+            unstable = gaits["max_multiplier"].values > 1.0 + NEUTRAL
+            look: dict[str, Any] = {"marker": MARKERS[number], "color": COLOURS[number], "markersize": 3.5}
+            stable = gaits["speed"].notnull().values & ~unstable
+            for cells, face, words in ((stable, COLOURS[number], family), (unstable, "white", f"_{family}, unstable")):
+                rows, columns = np.nonzero(cells)
+                axes.plot(
+                    slope[rows] + (across if number % 2 else -across),
+                    heading[columns] + (up if number < 2 else -up),
+                    linestyle="none",
+                    markerfacecolor=face,
+                    markeredgewidth=0.6,
+                    label=words,
+                    **look,
+                )
         axes.set_xticks(edges(slope), minor=True)
         axes.set_yticks(edges(heading), minor=True)
         axes.grid(which="minor", color="0.9", linewidth=0.4)
@@ -89,7 +92,6 @@ def in_lengths(gaits: xr.Dataset) -> xr.DataArray:
 
 
 NOT_UNIQUE = "Where several actuations are equally good, ours is the least, and need not be the thesis's."
-UNSTABLE = "Gaits that are unstable by the complete map are hatched in black."
 Quantity = tuple[str, Limits, str]
 """A variable, its range of colours, and what a caption says about it."""
 OF_LEGS: tuple[Quantity, ...] = (
@@ -142,7 +144,7 @@ FIGURES = (
         "optima",
         existence,
         f"Where there is a gait with optimised actuation, by family ({FAMILY_WORDS}). Each family has its own corner "
-        "of a cell, so that all that exist there can be seen.",
+        "of a cell, so that all that exist there can be seen. Gaits that are unstable by the complete map are hollow.",
     ),
     *_figures("stability", 2, EIGENVALUE, COST),
     *_figures("efficiency", 12, COST, EIGENVALUE),
