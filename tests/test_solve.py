@@ -466,3 +466,31 @@ def test_what_is_let_go_is_what_the_animal_would_have_to_have(name: str, roach: 
         np.testing.assert_allclose(nearest.phase, gait.phase, atol=1e-8)
         assert nearest.speed == pytest.approx(speed, rel=1e-9)
         np.testing.assert_allclose(np.abs(nearest.multipliers), np.abs(gait.multipliers), atol=1e-6)
+
+
+@pytest.mark.parametrize("drift", [0.01, -0.004])
+def test_the_drift_that_is_asked_for(drift: float, roach: Animal) -> None:
+    for gait in find_gaits(roach, slope_deg=45, heading=0.15, lateral_drift=drift):
+        run = gait.simulate(1)
+        step = run.sizes["time"] // 2
+        assert float(run["position"][step, 0]) == pytest.approx(drift * gait.step_duration, rel=1e-8)
+        assert gait.lateral_drift == pytest.approx(drift, rel=1e-9)
+    assert find_gaits(roach, slope_deg=45, heading=0.15, lateral_drift=0.004), "some"
+
+
+def test_legs_of_a_pair_with_different_actuation(roach: Animal) -> None:
+    whole = find_gaits(roach, slope_deg=45, heading=0.15)[0]
+    given = roach.replace(phase=whole.phase)
+    uneven = given.replace(**{"FL.actuation": 0.0148})
+    (gait, *_) = find_gaits(uneven, slope_deg=45, family="B")
+    assert [leg.actuation for leg in gait.animal.legs] == [leg.actuation for leg in uneven.legs]
+    run = gait.simulate(2)
+    ends = run["velocity"].values[[0, run.sizes["time"] // 2, -1]]
+    np.testing.assert_allclose(ends[1:], ends[:1].repeat(2, axis=0), atol=1e-9)
+    # A leg's actuation that is let go is that leg's alone.
+    for other in find_gaits(given, slope_deg=45, family="B", speed=gait.speed, free=("FL.actuation",)):
+        if abs(other.freed["FL.actuation"] - 0.0148) < 1e-6:
+            np.testing.assert_allclose(other.heading, gait.heading, atol=1e-7)
+            break
+    else:
+        pytest.fail("the same gait was not found with the actuation free")

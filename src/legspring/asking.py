@@ -114,7 +114,9 @@ def problem_for(
         )
     clock = earlier_legs(animal)
     both = None if clock is None else (*clock, *contacts)
-    system = System(animal, slope, family, actuation, both, symmetric=mirrored is not False)
+    # With another value of one leg only, steps mirror one another no more.
+    symmetric = mirrored is not False and not any(animal.is_one_of_two(name.rpartition(".")[0]) for name in free)
+    system = System(animal, slope, family, actuation, both, symmetric=symmetric)
     given = dict(given)
     free = (*open_phases(animal), *(name for name in free if name not in open_phases(animal)))
     defaults: list[tuple[str, float | str]] = []

@@ -135,7 +135,10 @@ class Gait:
     @cached_property
     def system(self) -> System:
         """The animal on its slope, with this gait's legs."""
-        return System(self.animal, self.slope, self.family, self.actuation, self.contacts, self.symmetric)
+        # The legs of a pair may differ in the animal's own actuation.
+        own = self.actuation == self.animal.actuation
+        actuation = None if own else self.actuation
+        return System(self.animal, self.slope, self.family, actuation, self.contacts, self.symmetric)
 
     @property
     def slope_deg(self) -> float:

@@ -154,8 +154,15 @@ class GaitProblem:
 
     def _value(self, name: str) -> float:
         """Return what a coordinate of the start is given as; a target is that of a step."""
-        value = self.wanted(name)
-        return value * self.system.step_duration if name in PINNED else value
+        return self.wanted(name) * self._share(name)
+
+    def _share(self, name: str) -> float:
+        """Return how a coordinate of the start moves with what is given for it.
+
+        Of speeds it is the way of the step before, which to the side is the mirror image of that of this one.
+        """
+        share = self.system.step_duration if name in PINNED else 1.0
+        return -share if name == "lateral_drift" else share
 
     def wanted(self, name: str) -> float:
         """Return what is given, or asked for, as a number."""
@@ -220,10 +227,9 @@ class GaitProblem:
         for asked, wanted in self.given.items():
             if asked not in self._pinned:
                 continue
-            moved = direction[PLACES[wanted]] if isinstance(wanted, str) else 0.0
+            moved = self._share(asked) * direction[PLACES[wanted]] if isinstance(wanted, str) else 0.0
             if asked in PINNED:
-                duration = self.system.step_duration
-                moved = moved * duration + self._value(asked) / duration * direction[PLACES["step_duration"]]
+                moved += self._value(asked) / self.system.step_duration * direction[PLACES["step_duration"]]
             direction += moved * self.system.direction(self._pinned[asked])
         if name == "yaw" and self.system.flips and "turn" in self.system.state:
             direction[PLACES["turn"]] = 2.0
@@ -375,8 +381,7 @@ class GaitProblem:
             return self.direction(name)
         if name not in self._pinned:
             return np.zeros(len(self.system.values))
-        share = self.system.step_duration if name in PINNED else 1.0
-        return share * self.system.direction(self._pinned[name])
+        return self._share(name) * self.system.direction(self._pinned[name])
 
     def phase_range(self) -> Floats:
         """Largest magnitude of the phase of each pair in any gait, ``(P,)``, rad; nan where there is no gait.

@@ -122,7 +122,8 @@ class Origin:
 
     def _loosened(self, gait: Gait, names: Sequence[str]) -> tuple[GaitProblem, Gait]:
         """Return problem and gait with the gait's own animal and, if offsets vary, each foot remembered for itself."""
-        animal, problem = gait.animal.replace(actuation=gait.actuation), self.problem
+        own, problem = gait.actuation == gait.animal.actuation, self.problem
+        animal = gait.animal if own else gait.animal.replace(actuation=gait.actuation)
         gait, system = replace(gait, animal=animal), replace(problem.system, animal=animal, actuation=None)
         if any(name.endswith("offset") for name in names):
             gait = remembering(gait)

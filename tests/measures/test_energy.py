@@ -142,3 +142,23 @@ def test_work_of_the_actuation_by_other_means(roach: Animal) -> None:
         down = one["stance"].values[1:] & one["stance"].values[:-1]
         work = -weight * 0.5 * (pull[1:] + pull[:-1]) * np.diff(length) * down
         assert np.sum(work) == pytest.approx(float(one["actuation_work"][-1]), rel=2e-3)
+
+
+@pytest.mark.parametrize("slope_deg", [-10.0, 10.0])
+def test_on_slopes_seen_from_the_side(slope_deg: float) -> None:
+    runner = load_animal("spring_loaded_inverted_pendulum")
+    run = ls.simulate(runner, slope_deg=slope_deg, heading=-1.7, speed=5.0, strides=1)
+    greatest, error = sums(run)
+    assert error < 1e-9 * greatest
+    # Up is where gravity does not pull: in flight, energy is that of the height.
+    slope, place = math.radians(slope_deg), run["position"].values - run["position"].values[0]
+    height = place @ np.array([math.sin(slope), math.cos(slope)])
+    weight = runner.body.mass * runner.gravity
+    np.testing.assert_allclose(run["potential_energy"], weight * height, atol=1e-12 * greatest)
+
+
+def test_a_leg_without_work_does_none_to_the_last_digit() -> None:
+    for speed in np.linspace(0.3, 0.6, 16):
+        for gait in ls.find_gaits(load_animal("lateral_leg_spring"), speed=float(speed)):
+            done, taken = gait.work.sum(axis=0)
+            assert done + taken == pytest.approx(0.0, abs=1e-9 * done)

@@ -124,3 +124,23 @@ def test_it_is_kept_by_a_file(roach: Animal, tmp_path: Any) -> None:
     found.to_netcdf(tmp_path / "s.nc")
     with xr.open_dataset(tmp_path / "s.nc") as read:
         xr.testing.assert_identical(read.load(), found)
+
+
+@pytest.mark.parametrize("parameter", ["FL.stiffness", "FR.length", "MR.angle"])
+def test_a_single_leg_of_a_mirrored_gait(parameter: str, roach: Animal) -> None:
+    whole = ls.find_gaits(roach, slope_deg=45, heading=0.15)[0]
+    given = roach.replace(phase=whole.phase)
+    gait = min(ls.find_gaits(given, slope_deg=45, family="B"), key=lambda one: abs(one.speed - whole.speed))
+    found = gait.sensitivity(parameter, "F.stiffness")
+    assert "mirror" in str(found.note.values[0]) and not str(found.note.values[1])
+    value = float(found.value[0])
+    h = 1e-4 * scale_of(gait.system, parameter, value)
+    beside = []
+    for amount in (h, -h):
+        others = ls.find_gaits(given.replace(**{parameter: value + amount}), slope_deg=45, family="B")
+        beside.append(min(others, key=lambda one: abs(one.speed - gait.speed) + abs(one.heading - gait.heading)))
+    for measure in ("speed", "heading", "mean_speed"):
+        one, other = (getattr(each, measure) for each in beside)
+        assert float(found[measure][0]) == pytest.approx((one - other) / (2.0 * h), rel=1e-4)
+    # The phases are given, and stay.
+    assert not np.any(found["phase"].values[0])

@@ -51,7 +51,8 @@ class Period:
         legs = zip(gait.animal.legs, gait.animal.pair_of, strict=True)
         phases = {leg.name: gait.phase[pair] for leg, pair in legs}
         start = dict(zip(START, gait.point.tolist(), strict=False))
-        animal = gait.animal.replace(actuation=gait.actuation) if any(gait.actuation) else gait.animal
+        own = gait.actuation == gait.animal.actuation
+        animal = gait.animal if own else gait.animal.replace(actuation=gait.actuation)
         walker = walker_of(animal, gait.slope, gait.family, start, phases, before_of(gait) or self._even(start))
         (text,) = {leg.length_law for leg in gait.animal.legs}
         return walker if text is None else replace(walker, law=written(text))

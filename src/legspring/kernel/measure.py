@@ -177,7 +177,7 @@ def write_work(tape: Tape, first: float, last: float, y: Floats, looks: Floats, 
     for i in range(work.shape[0]):
         work[i, 0] = work[i, 1] = 0.0
     for n in range(tape.counts[0]):
-        if tape.time[n] >= first and tape.time[n + 1] <= last:
+        if first < 0.5 * (tape.time[n] + tape.time[n + 1]) < last:
             span = step_span(tape, n)
             look_at_legs(tape, n, span, y, looks)
             for i in range(work.shape[0]):
@@ -227,7 +227,7 @@ def find_largest_force(tape: Tape, i: int, axis: int, sign: float, first: float,
     """Do what `largest_force` does, given room for a state."""
     best, step, where = -math.inf, -1, 0.0
     for n in range(tape.counts[0]):
-        if tape.time[n] >= first and tape.time[n + 1] <= last and (i == ALL_LEGS or tape.down[n, i] != 0.0):
+        if first < 0.5 * (tape.time[n] + tape.time[n + 1]) < last and (i == ALL_LEGS or tape.down[n, i] != 0.0):
             for sample in range(SAMPLES + 1):
                 x = step_span(tape, n) * sample / SAMPLES
                 value = sign * force_at(tape, n, x, i, y)[axis]
@@ -235,6 +235,6 @@ def find_largest_force(tape: Tape, i: int, axis: int, sign: float, first: float,
                     best, step, where = value, n, x
     # In the neighbours, too: the summit may lie just across the step's end.
     for n, x in ((step - 1, 1.0), (step, where), (step + 1, 0.0)):
-        if step >= 0 and 0 <= n < tape.counts[0] and tape.time[n] >= first and tape.time[n + 1] <= last:
+        if step >= 0 and 0 <= n < tape.counts[0] and first < 0.5 * (tape.time[n] + tape.time[n + 1]) < last:
             best = max(best, summit(tape, n, x, 1.0 / SAMPLES, i, axis, sign, y))
     return best if i == ALL_LEGS else max(best, 0.0)

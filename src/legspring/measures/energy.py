@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from legspring.flow import NO_PUSH, Flow, Samples
 from legspring.kernel.walker import Floats
+from legspring.layout import System
 from legspring.model import Body
 
 
@@ -44,6 +45,12 @@ def total_energy(run: Flow) -> float:
         ground = start.feet[0, np.flatnonzero(system.offset == 0.0)[0], 1]
         energy -= system.animal.body.mass * system.animal.gravity * float(ground)
     return energy
+
+
+def uphill(system: System) -> Floats:
+    """Return the direction against gravity in the plane that is looked at, ``(2,)``, by its share in gravity."""
+    sine, cosine = math.sin(system.slope), math.cos(system.slope)
+    return np.array([sine, cosine] if system.animal.sagittal else [0.0, sine])
 
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
@@ -99,11 +106,10 @@ def energies(run: Flow, times: Floats, push: Floats = NO_PUSH) -> Energies:
     """
     animal, seen = run.system.animal, run.samples(times)
     body, weight = animal.body, animal.body.mass * animal.gravity
-    climb = 1.0 if animal.sagittal else math.sin(run.system.slope)
     kinetic = 0.5 * body.mass * np.sum(seen.states[:, 2:4] ** 2, axis=1)
     if body.yaw == "free" and body.inertia:
         kinetic = kinetic + 0.5 * body.inertia * seen.states[:, 5] ** 2
-    height = weight * climb * (seen.states[:, 1] - seen.states[0, 1])
+    height = weight * (seen.states[:, :2] - seen.states[0, :2]) @ uphill(run.system)
     actuation, damped, pushed = _integrals(run, times, push)
     lost = damped + _released(run, times)
     return Energies(kinetic, height, _in_springs(run, seen), actuation, lost, pushed)

@@ -24,6 +24,7 @@ LEVELS = 3
 TRIES = 4
 """Steps that are tried, each a quarter of the one before, until the gait is found on both sides."""
 ENDS = "what the animal keeps, as its energy, it keeps for this value only: there is no such gait beside"
+ODD = "steps mirror one another no more: derivatives are differences of gaits, and those of free phases are missing"
 DOUBLE = 1e-6
 """Distance of two multipliers below which neither has a derivative."""
 TARGET_UNITS = {"mean_speed": "m/s", "energy": "J", "apex_height": "m", "lateral_drift": "m/s"}
@@ -101,6 +102,11 @@ def sensitivity(gait: "Solved", parameters: Sequence[str]) -> "xr.Dataset":
     exact = unknowns(gait, rates)
     columns = [differences(gait, name) for name in names]
     measures = {one: np.array([column[one] for column in columns]) for one in columns[0]} if columns else {}
+    for row, name in enumerate(names):
+        if breaks_symmetry(gait, name):
+            for one, values in exact.items():
+                # What a step of the mirrored problem says holds for both legs of a pair, and not for one.
+                values[row] = measures[one][row] if one in measures else math.nan if asked_of(gait)[1] else 0.0
     variables: dict[str, Any] = {}
     for name, values in (measures | exact).items():
         about = BY_NAME[name]
@@ -130,7 +136,12 @@ def note_on(gait: "Solved", name: str) -> str:
     step = 1e-6 * scale_of(gait.system, name, value_of(gait, name))
     if not all(gait.origin.lasts(gait, name, sign * step) for sign in ((side,) if side else (1.0, -1.0))):
         return ENDS
-    return gait.system.one_sided(name) or ""
+    return gait.system.one_sided(name) or (ODD if breaks_symmetry(gait, name) else "")
+
+
+def breaks_symmetry(gait: "Solved", name: str) -> bool:
+    """Whether steps that mirror one another do so no more where a parameter varies: that of one leg of a pair."""
+    return gait.system.mirrored and gait.animal.is_one_of_two(name.rpartition(".")[0])
 
 
 def checked(gait: "Solved", name: str) -> str:

@@ -194,6 +194,11 @@ class Animal(Frozen):
             raise ModelError(f"{shown(label)}: must be a pair ({', '.join(self.pairs)}) or a leg ({legs})")
         return pair or single
 
+    def is_one_of_two(self, label: str) -> bool:
+        """Tell whether a label means a single leg of a pair that has two."""
+        legs = {i for i, leg in enumerate(self.legs) if leg.name == label and leg.pair != label}
+        return any(self.partners[i] not in legs for i in legs)
+
     @property
     def actuation(self) -> tuple[float, ...]:
         """Amplitude abs(ldev) of each pair (m), in the order of `pairs`; that of its first leg."""
