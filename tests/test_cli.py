@@ -269,7 +269,7 @@ BAD = {
     "gaits cockroach --slope 100 --heading 0.1": "slope_deg = 100.0: must be a finite angle from -90 to 90",
     "gaits cockroach --slope nan --heading 0.1": "'--slope': 'nan': must be a finite number",
     "gaits cockroach --slope 45 --heading 2": "heading = 2.0: must be a finite angle within +-1.571 rad",
-    "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': must be one of A, FB, MB, B",
+    "gaits cockroach --slope 45 --heading 0.1 --family C": "family = 'C': must be one of A, FB, MB, B, or all",
     "gaits cockroach --slope 45 --heading 0.1 --actuation 1,x": "--actuation = '1,x': must be numbers",
     "gaits cockroach --slope 45 --heading 0.1 --actuation 0.1,0.1,0.1": "below the leg's length, 0.032 m",
     "gaits cockroach --slope 45": "heading is missing: must be an angle in rad, within +-pi/2",

@@ -118,6 +118,12 @@ def problem_for(
     symmetric = mirrored is not False and not any(animal.is_one_of_two(name.rpartition(".")[0]) for name in free)
     system = System(animal, slope, family, actuation, both, symmetric=symmetric)
     given = dict(given)
+    for name in free:
+        # An unknown name is told before anything is counted.
+        try:
+            system.direction(name)
+        except ValueError as error:
+            raise ValueError(str(error).replace("parameter =", "free =", 1)) from None
     free = (*open_phases(animal), *(name for name in free if name not in open_phases(animal)))
     defaults: list[tuple[str, float | str]] = []
     # A body that nothing turns may have any yaw, and so may one for which all directions are alike.
@@ -150,11 +156,15 @@ def too_few(animal: Animal, free: Sequence[str], given: Mapping[str, float | str
     """Say that less is asked of a tuned animal than it has phases open."""
     if "heading" not in given and spare == 1:
         return "heading is missing: must be an angle in rad, within +-pi/2"
+    phases, extra = open_phases(animal), [name for name in free if name not in open_phases(animal)]
+    fewer = f"{spare} more phase{'s' if spare > 1 else ''} given,"
+    if extra:
+        fewer = f"{spare} name{'s' if spare > 1 else ''} less in free, or {fewer}"
     more = ", ".join(name for name in TARGETS if name not in given and (animal.sagittal or name != "apex_height"))
     return (
         f"animal = {animal.name!r}: has {len(free)} unknowns of its own ({', '.join(free)}) for {len(given)} targets "
-        f"({', '.join(given)}): must have {spare} more phase{'s' if spare > 1 else ''} given, as in "
-        f"replace(**{{{free[-1]!r}: 0.5}}), or {spare} more of the targets {more}"
+        f"({', '.join(given)}): must have {fewer} as in replace(**{{{phases[-1]!r}: 0.5}}), or {spare} more of the "
+        f"targets {more}"
     )
 
 

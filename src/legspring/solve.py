@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from legspring.asking import checked_targets, problems_for
-from legspring.checks import MOST_STARTS, checked_angle, checked_names, checked_whole
+from legspring.checks import MOST_STARTS, checked_angle, checked_names, checked_whole, shown
 from legspring.flow import NO_PUSH
 from legspring.gait import Gait, Invalid
 from legspring.kernel import newton
@@ -490,9 +490,9 @@ def search_gaits(
         For an angle out of range, an unknown family or parameter, or targets that do not fit what is free.
     """
     angle, starts = slope_for(animal, slope, slope_deg), checked_whole("starts", starts, 1, MOST_STARTS)
-    every = family == ALL and ALL not in animal.families
-    if family is not None and not every:
-        animal.functions(family)
+    every = isinstance(family, str) and family == ALL and ALL not in animal.families
+    if family is not None and not every and not (isinstance(family, str) and family in animal.families):
+        raise ValueError(f"family = {shown(family)}: must be one of {', '.join(animal.families)}, or {ALL}")
     if heading is not None and animal.tuned:
         checked_angle("heading", heading, math.pi / 2)
     given = checked_targets(

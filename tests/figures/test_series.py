@@ -45,3 +45,13 @@ def test_other_animals(name: str) -> None:
     animal = ls.load_animal(name)
     run = ls.find_gaits(animal, slope_deg=90 if name == "climbing_template" else 0)[0].simulate(1)
     assert len(draw_motion(run).axes) == 4 + len(animal.pairs) and len(draw_energy(run).axes) == 4
+
+
+def test_recoveries_are_drawn_and_other_things_are_not(gait: Gait) -> None:
+    recovery = gait.recover(0.3)
+    assert "push" in [line.get_label() for line in draw_energy(recovery).axes[1].lines]
+    assert len(draw_motion(recovery).axes) == 7
+    for draw in (draw_energy, draw_motion):
+        for other in (None, 3, gait.animal):
+            with pytest.raises(ValueError, match=r"run = .*: must be a gait, a recovery, or the Dataset"):
+                draw(other)  # type: ignore[arg-type]

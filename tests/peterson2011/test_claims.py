@@ -254,7 +254,8 @@ def test_headings_of_animals_are_not_ours_to_judge(results: Results) -> None:
         (17, system(transport_cost=3.0, phase=0.0), PARTLY),
         (19, system(peak_force=lambda force: -force), FAILS),
         (20, system(peak_force=lambda force: -force), FAILS),
-        (22, system(recovery_steps=1.0), HOLDS),
+        # Of optimised gaits, which stay as they are, it is another matter.
+        (22, system(recovery_steps=1.0), PARTLY),
         (23, system(reduced_eigenvalue=rising, transport_cost=rising), FAILS),
     ],
 )

@@ -24,6 +24,7 @@ from legspring.cli.options import (
     LateralDrift,
     MeanSpeed,
     MotionFile,
+    OwnFamily,
     Slope,
     Slow,
     Speed,
@@ -76,7 +77,7 @@ def presets(
 
 
 @app.command()
-def parameters(animal: AnimalName, slope: Slope = None, family: Family = None, as_json: Json = False) -> None:
+def parameters(animal: AnimalName, slope: Slope = None, family: OwnFamily = None, as_json: Json = False) -> None:
     """List everything of an animal that can vary at a slope, with values, units and words.
 
     Example: legspring parameters cockroach --slope 45

@@ -14,13 +14,13 @@ from legspring.cli.options import (
     ApexHeight,
     Asymmetric,
     Energy,
-    Family,
     FigureFile,
     Free,
     Heading,
     Json,
     LateralDrift,
     MeanSpeed,
+    OwnFamily,
     Slope,
     Speed,
     WorkWeights,
@@ -131,7 +131,7 @@ def optimize(
     objective: Annotated[
         str, typer.Option(metavar="GOAL", help="What to reach: stability or efficiency.")
     ] = "stability",
-    family: Family = None,
+    family: OwnFamily = None,
     map: Annotated[
         str, typer.Option(metavar="MAP", help="Whose eigenvalues count: complete, or the thesis's reduced map.")
     ] = "complete",

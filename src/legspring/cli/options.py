@@ -83,6 +83,9 @@ Family = Annotated[
         "the animal's families or not."
     ),
 ]
+OwnFamily = Annotated[
+    str | None, typer.Option(help="Only this family: which pairs of legs push, by the animal's label.")
+]
 Branch = Annotated[
     int | None,
     typer.Option(

@@ -10,9 +10,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
+from legspring.checks import shown
 from legspring.drawing.style import COLOURS, GRAY, PAGE, new_figure, styled
 from legspring.figures.runs import axis_names, length_unit
 from legspring.gait import Gait
+from legspring.measures.robustness import Recovery
 
 STRIDES = 2
 """How much of a gait is drawn."""
@@ -28,25 +30,34 @@ HELD = {"kinetic": "kinetic_energy", "height": "potential_energy"}
 """What is drawn of the energy that the body has."""
 
 
-def _run_of(run: Gait | xr.Dataset) -> tuple[xr.Dataset, str]:
+def _run_of(run: Gait | Recovery | xr.Dataset) -> tuple[xr.Dataset, str]:
     """Return what is drawn, and a title."""
     family = ""
     if isinstance(run, Gait):
         family, run = f"family {run.family}, ", run.simulate(strides=STRIDES)
+    elif isinstance(run, Recovery):
+        run = run.simulate()
+    if not isinstance(run, xr.Dataset) or "energy_balance" not in run:
+        raise ValueError(f"run = {shown(run)}: must be a gait, a recovery, or the Dataset of a simulation")
     about = run.attrs
     place = f"slope {about['slope_deg']:g} deg, heading {about['heading']:.4g} rad, speed {about['speed']:.4g} m/s"
     return run, f"{about['animal']}: {family}{place}"
 
 
 @styled
-def draw_motion(run: Gait | xr.Dataset) -> Figure:
+def draw_motion(run: Gait | Recovery | xr.Dataset) -> Figure:
     """Draw a run against time: place, yaw and moment of the body, and the legs' lengths, actual and force-free.
 
     Parameters
     ----------
     run
-        A gait, of which two strides are drawn, or a simulation: the Dataset of `legspring.simulate`, or its file opened
-        with xarray.
+        A gait, of which two strides are drawn, a recovery, or a simulation: the Dataset of `legspring.simulate`, or its
+        file opened with xarray.
+
+    Raises
+    ------
+    ValueError
+        For anything else.
     """
     run, title = _run_of(run)
     pairs = [str(pair) for pair in run["pairs"].values]
@@ -96,25 +107,30 @@ def _draw_lengths(axes: Axes, legs: xr.Dataset, unit: float) -> None:
 
 
 @styled
-def draw_energy(run: Gait | xr.Dataset) -> Figure:
+def draw_energy(run: Gait | Recovery | xr.Dataset) -> Figure:
     """Draw the energy of a run against time: what body and springs have, and the work that it comes from.
 
     Parameters
     ----------
     run
-        A gait, of which two strides are drawn, or a simulation: the Dataset of `legspring.simulate`, or its file opened
-        with xarray.
+        A gait, of which two strides are drawn, a recovery, or a simulation: the Dataset of `legspring.simulate`, or its
+        file opened with xarray.
+
+    Raises
+    ------
+    ValueError
+        For anything else.
     """
     run, title = _run_of(run)
     springs, actuation = run["spring_energy"], run["actuation_work"]
     held = {words: run[name].values for words, name in HELD.items()} | {"springs": springs.sum("leg").values}
     total = np.sum(list(held.values()), axis=0)
     work = {"actuation": actuation.sum("leg").values, "lost": -run["lost_energy"].values}
-    if "push_work" in run:
-        work["push"] = run["push_work"].values
     greatest = max(float(np.max(np.abs(values))) for values in (*held.values(), total))
     factor, unit = next((each for each in PREFIXES if greatest * each[0] >= 1.0), PREFIXES[-1])
     work = {words: values for words, values in work.items() if np.max(np.abs(values)) > LEAST * greatest}
+    if "push_work" in run:
+        work["push"] = run["push_work"].values
     figure = new_figure(PAGE, ROOM + 3.2 * ROW)
     panels = figure.subplots(2, 2, sharex=True)
     change = total - total[0]

@@ -1,6 +1,6 @@
 """An animal: a body on legs, the families of gaits it may have, and how fast it means to run."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from itertools import combinations
 from math import radians
@@ -103,6 +103,13 @@ class Animal(Frozen):
     step_law: StepLaw
     gravity: Positive = 9.81
     work_weights: tuple[NotNegative, NotNegative] = (1.0, 1.0)
+
+    @field_validator("work_weights", mode="before")
+    @classmethod
+    def _two_weights(cls, weights: Any) -> Any:
+        if isinstance(weights, str) or not isinstance(weights, Sequence | np.ndarray) or len(weights) != 2:
+            raise ValueError("must be two numbers, not negative")
+        return tuple(weights)
 
     @field_validator("speed_law", mode="before")
     @classmethod
@@ -414,11 +421,11 @@ class Animal(Frozen):
         """
         for name, factor in (("length", length), ("mass", mass)):
             try:
-                valid = float(require_number(factor)) > 0.0
-            except ValueError:
-                valid = False
-            if not valid:
-                raise ModelError(f"{name} = {shown(factor)}: must be a positive finite number")
+                positive = float(require_number(factor)) > 0.0
+            except ValueError as error:
+                raise ModelError(f"{name} = {shown(factor)}: {error}") from None
+            if not positive:
+                raise ModelError(f"{name} = {shown(factor)}: must be greater than 0")
         return Animal(**dict(self) | scaled_fields(self, float(length), float(mass)))
 
     def without(self, *legs: str) -> "Animal":

@@ -72,5 +72,5 @@ def _agreement(ranges: xr.Dataset, starts: xr.Dataset | None) -> str:
     some = xr.concat([each, again.expand_dims(start=[0])], dim="start").min("start")
     return text + (
         f"From {len(counts)} other starts, it gives {counts[0]} to {counts[-1]} of these numbers, and "
-        f"{int((some <= CLEAR).sum())} of them from one start at least."
+        f"{int((some <= CLEAR).sum())} of them from at least one start, that of its first run among them."
     )

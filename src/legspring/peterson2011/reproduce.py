@@ -107,7 +107,7 @@ def make(store: Store, directory: Path, numbers: Sequence[str], *, whole: bool) 
 
 def check_numbers(only: Sequence[str]) -> tuple[str, ...]:
     """Return the numbers of figures and tables to make: all, unless said otherwise."""
-    known = (*FIGURES, *TABLES)
+    known = tuple(dict.fromkeys((*FIGURES, *TABLES)))
     if unknown := [number for number in only if number not in known]:
         raise ValueError(f"only = {unknown[0]!r}: must be among {', '.join(known)}")
     return tuple(only) or known

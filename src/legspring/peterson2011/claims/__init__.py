@@ -213,7 +213,7 @@ CLAIMS = (
     Claim(
         24,
         4,
-        "From 25 deg on most gaits are ideally stable and cheap: eigenvalues approach zero.",
+        "From 25 deg on most gaits are ideally stable, robust and cheap: eigenvalues approach zero.",
         chapter4.towards_zero,
     ),
     Claim(

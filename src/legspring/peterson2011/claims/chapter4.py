@@ -312,5 +312,11 @@ def towards_zero(results: Results) -> list[Part]:
         ),
         *medians,
         grows("eigenvalue with slope from 25 deg", value.where(steep), "slope_deg", criteria.as_a_rule, falls=True),
+        share(
+            "gaits from 25 deg that recover from an impulse of half the momentum within ten steps",
+            gaits["recovery_steps"].sel(impulse=0.5, method="nearest", tolerance=1e-6) <= 10.0,
+            steep,
+            criteria.most,
+        ),
         share("gaits from 25 deg that cost sin(slope)", gaits["transport_cost"] <= least + EXACT, steep, criteria.most),
     ]

@@ -206,7 +206,8 @@ def by_both(results: Results, judge: Callable[[Optima], list[Part]]) -> list[Par
 
 def _merge(best: Part, thesis: Part) -> Part:
     """Put the findings of the two searches into one part."""
-    outcome = combine([best.outcome, thesis.outcome])
+    known = [part.outcome for part in (best, thesis) if part.outcome != Outcome.OPEN]
+    outcome = combine(known or [Outcome.OPEN])
     found = best.found if best.found == thesis.found else f"{best.found}; by Nelder-Mead {thesis.found}"
     evidence = {
         OUR_SEARCH: best.evidence.get("", xr.DataArray()),
@@ -215,7 +216,8 @@ def _merge(best: Part, thesis: Part) -> Part:
     merged = replace(best, found=found, outcome=outcome, evidence=evidence)
     if best.outcome == thesis.outcome:
         return merged
-    return replace(merged, reason="One of the two searches does not bear it out.")
+    one_only = "One of the two searches has no such cells: the other one decides."
+    return replace(merged, reason=one_only if len(known) == 1 else "One of the two searches does not bear it out.")
 
 
 def yes(

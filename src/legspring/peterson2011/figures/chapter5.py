@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from legspring.drawing.style import COLOURS, MARKERS, PAGE, label, new_figure, styled
 from legspring.figures.maps import NEUTRAL, Limits, draw_atlas, draw_panels, edges, family_order
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES, UNSTABLE
-from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
+from legspring.peterson2011.figures.registry import FAMILY_WORDS, NOT_UNIQUE, ThesisFigure
 
 ACTUATIONS = (0.2, 0.9)
 """Range of the actuation that the objective allows, in units of the nominal length."""
@@ -91,7 +91,6 @@ def in_lengths(gaits: xr.Dataset) -> xr.DataArray:
     return (gaits["actuation"] / nominal).assign_attrs(long_name="actuation", units="l0")
 
 
-NOT_UNIQUE = "Where several actuations are equally good, ours is the least, and need not be the thesis's."
 Quantity = tuple[str, Limits, str]
 """A variable, its range of colours, and what a caption says about it."""
 OF_LEGS: tuple[Quantity, ...] = (

@@ -45,7 +45,8 @@ Source = Literal[
 
 FAMILY_WORDS = "A: all legs push; FB: front and back; MB: middle and back; B: back only"
 
-BY_THESIS = "The same, by the thesis's own search (Nelder-Mead), run again: where it ends depends on its starts."
+NOT_UNIQUE = "Where several actuations are equally good, ours is the least, and need not be the thesis's."
+BY_THESIS = "By the thesis's own search (Nelder-Mead), run again, whose end depends on its start. "
 
 
 @dataclass(frozen=True)
@@ -84,4 +85,5 @@ class ThesisFigure:
         sources: dict[Source, Source] = {"optima": "nelder_mead", "selected": "nelder_mead_selected"}
         if self.source not in sources:
             return None
-        return replace(self, source=sources[self.source], caption=BY_THESIS, suffix="_nelder_mead")
+        caption = BY_THESIS + self.caption.replace(f" {NOT_UNIQUE}", "")
+        return replace(self, source=sources[self.source], caption=caption, suffix="_nelder_mead")
