@@ -191,7 +191,7 @@ BAD = {
     "gaits single_leg --slope 45 --heading 0.1": "animal = 'single_leg': has 3 unknowns (speed, Dx, Dy) for 4 ",
     "gaits lateral_leg_spring --energy -1": "energy = -1.0: must be a positive number (J, at the start of a step)",
     "gaits lateral_leg_spring --apex-height 1": "apex_height = 1.0: must be left out for an animal that is seen from ",
-    "gaits lateral_leg_spring --free colour": "parameter = 'colour': must be one of",
+    "gaits lateral_leg_spring --free colour": "free = 'colour': must be one of",
     "gaits lateral_leg_spring --slope 10": "slope = 10 deg: must be 0 deg",
     "gaits lateral_leg_spring --family A": "family = 'A': must be one of P",
     "gaits climbing_template --actuation 0.01": (
