@@ -56,7 +56,7 @@ class Table:
     @property
     def header(self) -> tuple[str, ...]:
         """Names of the columns in words."""
-        return tuple(column.replace("_", " ") for column in self.columns)
+        return tuple(column.replace("_nelder_mead", ", Nelder-Mead").replace("_", " ") for column in self.columns)
 
     @property
     def rows(self) -> tuple[tuple[str, ...], ...]:

@@ -330,7 +330,7 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "One leg that pushes or pulls: a) largest multiplier of the most stable gait, b) steps to recover from an "
             "impulse of 0.5, the more of both sides, against slope, for some headings; the leg has the length of the "
             "middle ones and the stiffness of three. Between the dotted lines, by the thesis, pushing gives way to "
-            "pulling. Gaits that are not shown in b) do not recover.",
+            "pulling. Larger multipliers than 2 are not shown in a), gaits that do not recover not in b).",
         ),
         ThesisFigure(
             "beyond_yaw",

@@ -65,7 +65,9 @@ def matrix(gaits: xr.Dataset, columns: Sequence[Column], at: Mapping[str, Any] |
     for start, end in zip(starts, [*starts[1:], len(columns)], strict=True):
         drawn = maps[start * len(families)].mesh
         beyond = panels[:, start:end].ravel().tolist()
-        figure.colorbar(drawn, ax=beyond, location="bottom", label=columns[start].words, extend="both", pad=0.02)
+        # What has one sign has nothing below its range.
+        extend = "both" if columns[start].limits[0] < 0.0 else "max"
+        figure.colorbar(drawn, ax=beyond, location="bottom", label=columns[start].words, extend=extend, pad=0.02)
     add_legend(figure, maps)
     return figure
 
