@@ -28,8 +28,8 @@ from legspring.peterson2011.claims.evidence import (
 )
 from legspring.peterson2011.force_tables import CLEAR, OBJECTIVES, peak_range, table_cells
 from legspring.peterson2011.published import published_forces
+from legspring.peterson2011.tables import LEG_WORDS
 
-NAMES = {"F": "front", "M": "middle", "B": "back"}
 ROUNDING = 0.02
 """Deviation from the thesis's ranges, printed with two decimals, that counts as none, m g."""
 
@@ -62,7 +62,7 @@ def extremes(results: Results) -> tuple[xr.DataArray, xr.DataArray]:
 def _side(results: Results, leg: str, slope: float, pushing: bool) -> Part:
     """Judge whether the measured fore-aft forces of a pair of legs lie mostly on one side of zero."""
     forward = pushing == (leg == "B")
-    what = f"fore-aft force of the {NAMES[leg]} legs at {slope:.0f} deg"
+    what = f"fore-aft force of the {LEG_WORDS[leg]} legs at {slope:.0f} deg"
     wanted = f"mostly {'above' if forward else 'below'} 0 ({'push' if pushing else 'pull'})"
     place = {"leg": leg, "axis": "fore_aft", "slope_deg": slope}
     low, high = (float(extreme.sel(place)) for extreme in extremes(results))
@@ -76,7 +76,7 @@ def _side(results: Results, leg: str, slope: float, pushing: bool) -> Part:
 
 def _outward(results: Results, leg: str) -> Part:
     """Judge whether the lateral forces on the level are those of a leg that pushes: inwards, from the foot's side."""
-    what = f"lateral force of the {NAMES[leg]} legs at 0 deg"
+    what = f"lateral force of the {LEG_WORDS[leg]} legs at 0 deg"
     claimed = "mostly above 0 (push)"
     low, high = (float(extreme.sel(leg=leg, axis="lateral", slope_deg=0.0)) for extreme in extremes(results))
     if math.isnan(low + high):

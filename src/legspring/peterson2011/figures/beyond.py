@@ -16,10 +16,10 @@ from legspring.drawing.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, st
 from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
 from legspring.peterson2011.claims.chapter2 import SWITCH_DEG
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, UNSTABLE
-from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
 from legspring.peterson2011.figures.families import FAMILY_FIGURES
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
+from legspring.peterson2011.tables import LEG_WORDS
 
 MOST_DOTS = 30
 """Touch-downs that are shown of a simulation; more would hide the lines."""

@@ -13,10 +13,10 @@ from legspring.drawing.style import COLOURS, MARKERS, PAGE, label, new_figure, s
 from legspring.figures.maps import NEUTRAL, Limits, draw_atlas, draw_panels, edges, family_order
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES, UNSTABLE
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, NOT_UNIQUE, ThesisFigure
+from legspring.peterson2011.tables import LEG_WORDS
 
 ACTUATIONS = (0.2, 0.9)
 """Range of the actuation that the objective allows, in units of the nominal length."""
-LEG_WORDS = {"F": "front", "M": "middle", "B": "back"}
 
 
 @styled

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from legspring.drawing.style import COLOURS, GRAY, PAGE, label, new_figure, styled, units
 from legspring.figures.maps import add_bar, add_legend, add_letters, draw_map, panel_grid
 from legspring.peterson2011.figures.chapter4 import UNSTABLE
-from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.registry import NOT_UNIQUE, ThesisFigure
+from legspring.peterson2011.tables import LEG_WORDS
 
 FORCES, SUMS = (-1.0, 1.0), (-0.5, 2.0)
 """Ranges of colours, in units of m g."""

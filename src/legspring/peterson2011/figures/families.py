@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from legspring.drawing.style import PAGE, label, new_figure, styled, units
 from legspring.figures.maps import Limits, add_legend, add_letters, draw_map, family_order
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, PHASES, STEPS, UNSTABLE
-from legspring.peterson2011.figures.chapter5 import LEG_WORDS
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS, FORCES, SUMS
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, Source, ThesisFigure
+from legspring.peterson2011.tables import LEG_WORDS
 
 SPEEDS = (0.0, 0.4)
 IMPULSE, HEADING = 0.5, 0.15
