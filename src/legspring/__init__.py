@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from legspring.continuation import follow as follow
     from legspring.drawing.film import animate as animate
     from legspring.flow import IntegrationError as IntegrationError
     from legspring.gait import Gait as Gait
@@ -36,6 +37,7 @@ _HOMES = {
     "atlas": "sweep",
     "cockroach": "model",
     "find_gaits": "solve",
+    "follow": "continuation",
     "load_animal": "model",
     "optimal_atlas": "optima",
     "parameters": "varied",

@@ -96,6 +96,8 @@ class Gait:
         None where the step before says it.
     symmetric
         Whether steps mirror one another, if the animal is such that they may.
+    strides
+        After how many strides it repeats itself; what is said of its stride is then said of these.
     origin
         What it is a solution of; None for one that nobody has searched for.
     drift
@@ -124,6 +126,7 @@ class Gait:
     contacts: tuple[str, ...] | None = None
     remembered: tuple[float, ...] = ()
     symmetric: bool = True
+    strides: int = 1
     origin: Origin | None = field(default=None, repr=False, compare=False)
 
     def __repr__(self) -> str:
@@ -138,7 +141,9 @@ class Gait:
         # The legs of a pair may differ in the animal's own actuation.
         own = self.actuation == self.animal.actuation
         actuation = None if own else self.actuation
-        return System(self.animal, self.slope, self.family, actuation, self.contacts, self.symmetric)
+        return System(
+            self.animal, self.slope, self.family, actuation, self.contacts, self.symmetric, strides=self.strides
+        )
 
     @property
     def slope_deg(self) -> float:
@@ -161,8 +166,8 @@ class Gait:
 
     @cached_property
     def stride(self) -> Flow:
-        """One stride as it was simulated."""
-        return flow(self.system, self.point, steps=self.system.steps_per_stride, record=True, accuracy=TIGHT)
+        """One stride as it was simulated, or the strides after which it repeats itself."""
+        return flow(self.system, self.point, steps=self.system.cycle, record=True, accuracy=TIGHT)
 
     @property
     def memory(self) -> dict[str, float]:
@@ -335,7 +340,7 @@ class Gait:
     @property
     def step_duration(self) -> float:
         """Duration of a step, s; the mean of a stride's where they differ."""
-        return float(self.stride.times[-1]) / self.system.steps_per_stride
+        return float(self.stride.times[-1]) / self.system.cycle
 
     @property
     def mean_speed(self) -> float:

@@ -163,6 +163,8 @@ class System:
     apart
         Whether feet that were put down at one instant are remembered each for itself: as they must be where their
         offsets vary.
+    strides
+        After how many strides a gait repeats itself, where steps do not mirror one another.
 
     Raises
     ------
@@ -178,6 +180,7 @@ class System:
     contacts: tuple[str, ...] | None = None
     symmetric: bool = True
     apart: bool = False
+    strides: int = 1
 
     def __post_init__(self) -> None:
         """Check what is given."""
@@ -317,7 +320,12 @@ class System:
     @property
     def period(self) -> int:
         """Steps after which a gait repeats itself, or its image."""
-        return 1 if self.mirrored else self.steps_per_stride
+        return 1 if self.mirrored else self.cycle
+
+    @property
+    def cycle(self) -> int:
+        """Steps after which a gait repeats itself, not its image: those of a stride, or of several."""
+        return self.steps_per_stride * self.strides
 
     # What it remembers -----------------------------------------------------------------------------------------
 

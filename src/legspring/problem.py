@@ -510,4 +510,5 @@ class GaitProblem:
             contacts=system.contacts,
             remembered=tuple(float(p[system.place_of(name)]) for name in system.memory if "." in name),
             symmetric=system.symmetric,
+            strides=system.strides,
         )

@@ -70,7 +70,7 @@ def departure(system: System, p: Floats, growth: float = 1.0) -> Departure | Non
     """
     allowed = largest_departure(growth)
     first = moment(flow(system, p, steps=0))
-    for step in range(system.period, STRIDES * system.steps_per_stride + 1, system.period):
+    for step in range(system.period, STRIDES * system.cycle + 1, system.period):
         try:
             now = moment(flow(system, p, steps=step, accuracy=ACCURACY))
         except IntegrationError as error:

@@ -87,7 +87,7 @@ class Origin:
 
     def rates(self, gait: Gait, names: Sequence[str]) -> Floats:
         """Return the derivatives of all of a gait's parameters by some of them, ``(D, n)``; exact."""
-        problem, gait = self._loosened(gait, names)
+        problem, gait = self.loosened(gait, names)
         return problem.rates(problem.z_of(gait), names)
 
     def moved(self, gait: Gait, name: str, amount: float) -> Gait | None:
@@ -95,7 +95,7 @@ class Origin:
         if not self.lasts(gait, name, amount):
             return None
         rates = self.rates(gait, [name])[0]
-        problem, gait = self._loosened(gait, [name])
+        problem, gait = self.loosened(gait, [name])
         given = dict(problem.given)
         if name in given:
             given[name] = float(problem.wanted(name)) + amount
@@ -105,7 +105,7 @@ class Origin:
 
     def lasts(self, gait: Gait, name: str, amount: float) -> bool:
         """Whether there is such an animal, and it keeps what this one keeps: energy, for instance."""
-        problem, _ = self._loosened(gait, [name])
+        problem, _ = self.loosened(gait, [name])
         try:
             return self._changed(problem.system, name, amount).conserved == problem.system.conserved
         except ValueError:
@@ -120,7 +120,7 @@ class Origin:
         here = float(system.values[system.place_of(name)])
         return replace(system, animal=system.animal.replace(**{name: here + amount}))
 
-    def _loosened(self, gait: Gait, names: Sequence[str]) -> tuple[GaitProblem, Gait]:
+    def loosened(self, gait: Gait, names: Sequence[str]) -> tuple[GaitProblem, Gait]:
         """Return problem and gait with the gait's own animal and, if offsets vary, each foot remembered for itself."""
         own, problem = gait.actuation == gait.animal.actuation, self.problem
         animal = gait.animal if own else gait.animal.replace(actuation=gait.actuation)

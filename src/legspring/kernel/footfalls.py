@@ -1,0 +1,137 @@
+"""What each leg does in some steps, for many rows of parameters: when it stands, and how it begins and ends."""
+
+import math
+
+import numpy as np
+
+from legspring.kernel.contact import fill
+from legspring.kernel.dop853 import interpolate
+from legspring.kernel.jit import driver, formula, jit
+from legspring.kernel.launch import launch
+from legspring.kernel.length import law, phase_at
+from legspring.kernel.many import take_step
+from legspring.kernel.measure import rates_of, step_span
+from legspring.kernel.motion import turn
+from legspring.kernel.pack import pack_directions
+from legspring.kernel.walker import (
+    BEGUN,
+    DAMPED,
+    DOWN,
+    EVALUATIONS,
+    FOOT_X,
+    FOOT_Y,
+    LIFTOFF,
+    MANNER,
+    OK,
+    SIDE,
+    TAPE_FULL,
+    TIME,
+    Floats,
+    Ints,
+    Tape,
+    Walker,
+    X,
+    Y,
+)
+
+TOUCH, STANCE, LEAVING, PEAK, STARTING, OLD, OVER = range(7)
+"""Of each leg: time of its first touch-down, time from there to lift-off, rate of its gap then, largest force by the
+mass, rate of its gap right after touch-down (> 0 where that makes its force what it should be), whether it is down at
+the start, whether it turned over. Times in step durations; nan for what does not happen."""
+N_FOOTFALL = 7
+LOOKS = 4
+"""Looks at the forces in each step of the integrator."""
+
+
+def blank_footfalls(count: int, legs: int) -> Floats:
+    """Return room for what so many simulations tell of so many legs: ``(N, L, 7)``."""
+    return np.full((count, legs, N_FOOTFALL), math.nan)
+
+
+@formula
+def read_events(tape: Tape, lands: Floats, end: float, out: Floats) -> None:
+    """Write when legs are put down and how long they stand; what lifts off first was put down a stride before."""
+    for i in range(out.shape[0]):
+        out[i, TOUCH] = 0.0 if lands[i] != 0.0 else math.nan
+    for n in range(tape.counts[1]):
+        i = int(tape.events[n, 1])
+        if tape.events[n, 2] != LIFTOFF and not out[i, TOUCH] >= 0.0:
+            out[i, TOUCH] = tape.events[n, 0]
+    for n in range(tape.counts[1]):
+        i, time = int(tape.events[n, 1]), tape.events[n, 0]
+        if tape.events[n, 2] == LIFTOFF and 0.0 < time <= end:
+            lasts = (time - out[i, TOUCH]) % end
+            if lasts == 0.0:
+                lasts = end
+            if not out[i, STANCE] <= lasts:
+                out[i, STANCE], out[i, LEAVING] = lasts, tape.events[n, 4]
+
+
+@jit
+def read_legs(tape: Tape, w: Walker, lands: Floats, out: Floats) -> None:
+    """Write how forces begin, how large they get, and whether legs turn over."""
+    y = w.room
+    for i in range(out.shape[0]):
+        out[i, PEAK], out[i, OVER] = 0.0, 0.0
+        old_x = old_y = 0.0
+        for n in range(tape.counts[0]):
+            if tape.down[n, i] == 0.0:
+                old_x = old_y = 0.0
+                continue
+            x, h = tape.stance[n, i, FOOT_X, 0] - tape.y[n, X, 0], tape.stance[n, i, FOOT_Y, 0] - tape.y[n, Y, 0]
+            if x * old_x + h * old_y < 0.0:
+                out[i, OVER] = 1.0
+            old_x, old_y = x, h
+            for look in range(LOOKS + 1):
+                share = step_span(tape, n) * look / LOOKS
+                interpolate(tape.y[n], tape.dense[n], share, y)
+                s = tape.time[n] + share * tape.size[n]
+                lean, phase = turn(y), phase_at(s)
+                force, rate = rates_of(tape, n, s, i, lean, phase, y)
+                out[i, PEAK] = max(out[i, PEAK], abs(force))
+                fresh = look == 0 and s == tape.stance[n, i, BEGUN, 0] and tape.stance[n, i, MANNER, 0] != DAMPED
+                if fresh and (n > 0 or lands[i] != 0.0) and not abs(out[i, STARTING]) >= 0.0:
+                    out[i, STARTING] = w.contacts[i, SIDE] * (rate - law(s, tape.stance[n], i, phase)[1])
+
+
+@driver
+def footfalls(
+    w: Walker, tape: Tape, p: Floats, steps: int, scale: float, lands: Floats, status: Ints, times: Floats, out: Floats
+) -> None:
+    """Simulate so many steps from each row of parameters, and see what each leg does.
+
+    Parameters
+    ----------
+    w, tape
+        Room to work in; a simulation that needs more is given up with ``TAPE_FULL``.
+    p
+        ``(N, n)``.
+    steps, scale
+        See `legspring.kernel.many.many`.
+    lands
+        ``(L,)``: which legs are put down as the first step begins.
+    status, times
+        ``(N,)``: filled with how it went, and how long it took.
+    out
+        ``(N, L, 7)``: filled, where it was nan.
+    """
+    none = p[:0]
+    pack_directions(none, w)
+    for row in range(p.shape[0]):
+        tape.counts[0] = tape.counts[1] = 0
+        w.clock[EVALUATIONS] = 0.0
+        fill(out[row], math.nan)
+        launch(p[row], none, w)
+        for i in range(out.shape[1]):
+            out[row, i, OLD] = w.contacts[i, DOWN]
+        status[row] = OK
+        for step in range(1, steps + 1):
+            status[row] = take_step(w, step, float(steps), scale, tape)
+            if status[row] != OK:
+                break
+        times[row] = w.clock[TIME]
+        if status[row] == OK and tape.counts[1] <= tape.events.shape[0]:
+            read_events(tape, lands, w.clock[TIME], out[row])
+            read_legs(tape, w, lands, out[row])
+        elif status[row] == OK:
+            status[row] = TAPE_FULL

@@ -1,0 +1,238 @@
+"""Curves of gaits: where they bend, branch, lose what they are, and end."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import legspring as ls
+from legspring import Animal, Gait, load_animal
+from legspring.continuation import Continuation
+from legspring.footing import Reason
+from legspring.gait import Invalid
+from legspring.landmarks import Kind
+from tests.oracle.periods import Period, largest_allowed
+
+
+def values(curve: Continuation, kind: Kind) -> list[float]:
+    return [one.value for one in curve.special if one.kind is kind]
+
+
+def gait_at(animal: Animal, slope_deg: float, heading: float, branch: int = 0) -> Gait:
+    return ls.find_gaits(animal, slope_deg=slope_deg, heading=heading)[branch]
+
+
+@pytest.fixture(scope="module")
+def steep(roach: Animal) -> Continuation:
+    """Family B at 40 deg, from one branch over the fold to the other."""
+    return ls.follow(gait_at(roach, 40, 0.4), "heading", within=(0.0, 0.6))
+
+
+# Folds ------------------------------------------------------------------------------------------------------
+
+
+def test_known_folds(roach: Animal, steep: Continuation) -> None:
+    assert values(steep, Kind.FOLD) == pytest.approx([0.4382000525], abs=2e-10)
+    flat = ls.follow(gait_at(roach, 15, 0.2), "heading", within=(0.0, 0.7))
+    assert values(flat, Kind.FOLD) == pytest.approx([0.4761894947], abs=2e-10)
+    fast = ls.follow(gait_at(roach, 30, 0.45, branch=1), "slope_deg", within=(0.0, 90.0))
+    assert [one for one in values(fast, Kind.FOLD) if one > 31.5] == pytest.approx([31.6233465021], abs=1e-8)
+
+
+def test_beyond_a_fold_the_curve_goes_on_to_the_other_branch(roach: Animal, steep: Continuation) -> None:
+    both = ls.find_gaits(roach, slope_deg=40, heading=0.4)
+    found = sorted(steep.at(0.4), key=lambda gait: gait.phase[2])
+    assert [gait.speed for gait in found] == pytest.approx([gait.speed for gait in both], rel=1e-10)
+    for mine, theirs in zip(found, both, strict=True):
+        assert mine.phase == pytest.approx(theirs.phase, abs=1e-8)
+        assert mine.multipliers == pytest.approx(theirs.multipliers, abs=1e-7)
+        assert mine.invalid() is None
+
+
+def test_a_fold_of_tuned_gaits_is_no_multiplier_of_one(steep: Continuation) -> None:
+    (fold,) = (one for one in steep.special if one.kind is Kind.FOLD)
+    assert np.max(np.abs(fold.gait.half_multipliers)) < 0.9
+    assert not values(steep, Kind.BRANCHING)
+
+
+def test_points_are_what_gaits_say_of_themselves(steep: Continuation) -> None:
+    """Validity and multipliers as for any gait; and the motion comes back in an integration of another make."""
+    for n in range(0, len(steep), 5):
+        gait = steep.gaits[n]
+        assert (gait.invalid() is None) == steep.valid[n]
+        assert gait.multipliers == pytest.approx(steep.multipliers[n], abs=1e-9)
+        if steep.valid[n]:
+            assert Period(gait).departure() < largest_allowed(gait)
+
+
+def test_what_varies_does_so_as_if_the_animal_had_been_changed(roach: Animal) -> None:
+    gait = gait_at(roach, 45, 0.15)
+    for name, value in (("F.stiffness", 1.8), ("mass", 0.0024), ("step_duration", 1.03 * gait.step_duration)):
+        curve = ls.follow(gait, name, to=value)
+        assert curve.ending.reason is Reason.ARRIVED and curve.values[-1] == value
+        others = ls.find_gaits(roach.replace(**{name: value}), slope_deg=45, heading=0.15)
+        assert min(abs(curve.gaits[-1].speed - one.speed) for one in others) < 1e-10
+    slope = ls.follow(gait, "slope_deg", to=50)
+    assert (
+        min(abs(slope.gaits[-1].speed - one.speed) for one in ls.find_gaits(roach, slope_deg=50, heading=0.15)) < 1e-10
+    )
+
+
+def test_several_at_once(roach: Animal) -> None:
+    gait = gait_at(roach, 45, 0.15)
+    pairs = [f"{pair}.stiffness" for pair in roach.pairs]
+    by_factor = ls.follow(gait, pairs, to=1.1)
+    other = roach.replace(stiffness=1.65)
+    by_way = ls.follow(gait, other, to=1.0)
+    by_values = ls.follow(gait, dict.fromkeys(pairs, 1.65), to=1.0)
+    speeds = [one.gaits[-1].speed for one in (by_factor, by_way, by_values)]
+    assert speeds == pytest.approx([speeds[0]] * 3, rel=1e-12)
+    assert min(abs(speeds[0] - one.speed) for one in ls.find_gaits(other, slope_deg=45, heading=0.15)) < 1e-10
+
+
+# How they end ------------------------------------------------------------------------------------------------
+
+
+def test_ends_have_reasons_and_legs(steep: Continuation) -> None:
+    assert steep.beginning is not None and steep.beginning.reason is Reason.EDGE and steep.values[0] == 0.0
+    assert (steep.ending.reason, steep.ending.leg) == (Reason.WINDOW, "BL")
+    last = steep.special[-1]
+    assert (last.kind, last.leg, last.value) == (Kind.WINDOW, "BL", steep.ending.value)
+    assert last.gait.liftoff[2] == pytest.approx(0.02, abs=1e-7)
+    assert last.gait.invalid() == (Invalid.IDLE, "BL")
+
+
+def test_an_idle_leg_is_one_before_it_ends(steep: Continuation) -> None:
+    """The curve goes on as a solution, and says so."""
+    (idle,) = (one for one in steep.special if one.kind is Kind.IDLE)
+    assert idle.leg == "BL"
+    run = idle.gait.stride
+    from legspring.measures.forces import peak_magnitude
+
+    assert peak_magnitude(run, idle.gait.first_legs[2]) == pytest.approx(1e-3, rel=1e-8)
+    before = [why for why, value in zip(steep.reasons, steep.values, strict=True) if value < idle.value]
+    assert any("less than a thousandth" in why for why in before)
+
+
+def test_events_change_places_smoothly(steep: Continuation) -> None:
+    some = [one for one in steep.special if one.kind is Kind.SEQUENCE]
+    assert len(some) == 7
+    for one in some:
+        around = steep.at(one.value - 1e-7) + steep.at(one.value + 1e-7)
+        near = [gait for gait in around if abs(gait.speed - one.gait.speed) < 1e-5 * one.gait.speed]
+        assert len({gait.events for gait in near}) > 1
+        assert max(np.max(np.abs(gait.multipliers - one.gait.multipliers)) for gait in near) < 1e-4
+
+
+def test_family_to_family_where_a_leg_is_idle(roach: Animal) -> None:
+    """With it one gait reaches all families."""
+    met: set[str] = set()
+    waiting = [gait_at(roach, 15, 0.2)]
+    while waiting:
+        gait = waiting.pop()
+        if gait.family in met:
+            continue
+        met.add(gait.family)
+        for parameter, limits in (("heading", (0.0, 0.7)), ("slope_deg", (-30.0, 90.0))):
+            curve = ls.follow(gait, parameter, within=limits)
+            waiting += [other for one in curve.special if one.kind is Kind.WINDOW for other in one.switch()]
+    assert set(roach.families) <= met
+
+
+def test_the_point_mass_has_no_bifurcations_but_folds(roach: Animal) -> None:
+    for slope, heading in ((15, 0.2), (45, 0.15), (70, 0.3)):
+        for gait in ls.find_gaits(roach, slope_deg=slope, heading=heading):
+            for parameter, limits in (("heading", (0.0, 0.7)), ("slope_deg", (-30.0, 90.0))):
+                kinds = {one.kind for one in ls.follow(gait, parameter, within=limits).special}
+                assert not kinds & {
+                    Kind.PERIOD_DOUBLING,
+                    Kind.NEIMARK_SACKER,
+                    Kind.SYMMETRY_BREAKING,
+                    Kind.BRANCHING,
+                }
+
+
+def test_a_kink_of_a_law(roach: Animal) -> None:
+    """The step law is constant above 0.35 m/s, the speed on the level: the curve has a corner there."""
+    curve = ls.follow(gait_at(roach, 25, 0.45), "slope_deg", within=(-10.0, 30.0))
+    kinks = values(curve, Kind.KINK)
+    assert kinks and kinks == [0.0] * len(kinks)
+    n = int(np.argmin(np.abs(curve.values)))
+    assert curve.values[n] == 0.0 and curve.gaits[n].speed == pytest.approx(curve.gaits[n + 1].speed, rel=1e-11)
+
+
+# From the side --------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def runner() -> Animal:
+    return load_animal("spring_loaded_inverted_pendulum").replace(angle_deg=-158.0)
+
+
+def test_the_inverted_pendulum_is_stable_between_a_fold_and_a_period_doubling(runner: Animal) -> None:
+    """66.306 and 68.854 deg."""
+    gait = ls.find_gaits(runner, energy=1784.8)[0]
+    curve = ls.follow(gait, "angle", within=(math.radians(-162.0), math.radians(-155.0)))
+    (fold,), (flip,) = values(curve, Kind.FOLD), values(curve, Kind.PERIOD_DOUBLING)
+    angles = [math.degrees(-value) - 90.0 for value in (fold, flip)]
+    assert angles == pytest.approx([66.3055, 68.8536], abs=1e-4)
+    stable = np.degrees(-curve.values[curve.stable & curve.valid]) - 90.0
+    assert stable.min() > angles[0] and stable.max() < angles[1]
+
+
+def test_gaits_that_take_two_strides(runner: Animal) -> None:
+    gait = ls.find_gaits(runner, energy=1784.8)[1]
+    curve = ls.follow(gait, "angle", to=math.radians(-159.5))
+    (flip,) = (one for one in curve.special if one.kind is Kind.PERIOD_DOUBLING)
+    (double,) = flip.switch()
+    assert double.strides == 2 and double.invalid() is None
+    begin, middle, end = double.stride.states[:, 2:4]
+    assert np.max(np.abs(middle - begin)) > 0.05 and end == pytest.approx(begin, abs=1e-9)
+    further = ls.follow(double, "angle", within=(math.radians(-160.0), math.radians(-158.0)), most_points=60)
+    # Both halves of the curve are the same gaits, begun one stride later: it turns where it was born.
+    assert min(abs(one - flip.value) for one in values(further, Kind.FOLD)) < 1e-7
+
+
+def test_walking_gaits_meet_where_they_become_alike() -> None:
+    """The gait that is symmetric in time and the one that is not, followed in the angle."""
+    even, odd = ls.find_gaits(load_animal("walker"), energy=816.0)
+    (one,), (other,) = (values(ls.follow(gait, "angle"), Kind.BRANCHING) for gait in (even, odd))
+    assert one == pytest.approx(other, abs=1e-8)
+    (meeting,) = (s for s in ls.follow(odd, "angle").special if s.kind is Kind.BRANCHING)
+    across = meeting.switch()
+    assert len(across) == 2 and all(gait.invalid() is None for gait in across)
+    # From the even gait's side: those that branch off are the odd ones.
+    assert all(gait.energy == pytest.approx(816.0, rel=1e-9) for gait in across)
+
+
+def test_a_limp_is_followed_from_the_gait_of_an_intact_animal(roach: Animal) -> None:
+    """Its phases stay as they are; speed and heading are what they come to."""
+    intact = gait_at(roach, 45, 0.15)
+    curve = ls.follow(intact, "FL.stiffness", to=0.75)
+    assert curve.ending.reason is Reason.ARRIVED
+    gait = curve.gaits[-1]
+    assert (gait.speed, gait.heading) == pytest.approx((0.258939, 0.105316), abs=1e-6)
+    assert not gait.mirrored and gait.phase == pytest.approx(intact.phase, abs=1e-12)
+
+
+# What is refused -------------------------------------------------------------------------------------------------
+
+
+def test_errors_say_what_would_be_valid(roach: Animal) -> None:
+    gait = gait_at(roach, 45, 0.15)
+    for arguments, words in (
+        (("speed",), "must be no coordinate of the start"),
+        (("F.phase",), "must be no parameter that was free"),
+        (("wings",), "must be one of"),
+        ((7,), "must be a name, several names, values by name, or an animal"),
+        ((roach,), "must be an animal that differs"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ls.follow(gait, *arguments)
+    with pytest.raises(ValueError, match="to = 45: must be another value"):
+        ls.follow(gait, "slope_deg", to=45)
+    with pytest.raises(ValueError, match=r"within = \(0, 10\): must hold the gait's value, 45"):
+        ls.follow(gait, "slope_deg", within=(0, 10))
+    with pytest.raises(ValueError, match="gait: must be one that a search has found"):
+        ls.follow(replace(gait, origin=None), "slope_deg", to=50)
