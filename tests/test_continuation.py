@@ -2,13 +2,17 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import legspring as ls
-from legspring import Animal, Gait, load_animal
+from legspring import Animal, Gait, charts, load_animal
 from legspring.continuation import Continuation
+from legspring.curve import Stretch, Tracer
+from legspring.figures import draw_bifurcations
 from legspring.footing import Reason
 from legspring.gait import Invalid
 from legspring.landmarks import Kind
@@ -236,3 +240,55 @@ def test_errors_say_what_would_be_valid(roach: Animal) -> None:
         ls.follow(gait, "slope_deg", within=(0, 10))
     with pytest.raises(ValueError, match="gait: must be one that a search has found"):
         ls.follow(replace(gait, origin=None), "slope_deg", to=50)
+
+
+# What is kept ---------------------------------------------------------------------------------------------------
+
+
+def test_a_curve_comes_back_from_its_file(steep: Continuation, tmp_path: Path) -> None:
+    path = tmp_path / "curve.nc"
+    steep.save(path)
+    again = ls.load_curve(path)
+    assert np.array_equal(again.values, steep.values) and np.array_equal(again.valid, steep.valid)
+    assert [(one.kind, one.leg, one.after) for one in again.special] == [
+        (one.kind, one.leg, one.after) for one in steep.special
+    ]
+    assert [one.value for one in again.special] == pytest.approx([one.value for one in steep.special], abs=1e-12)
+    assert (again.ending, again.beginning) == (steep.ending, steep.beginning)
+    # And goes on from there: its gaits can be followed.
+    assert ls.follow(again.gaits[3], "slope_deg", to=41.0).ending.reason is Reason.ARRIVED
+    with xr.open_dataset(path) as data:
+        figure = draw_bifurcations(data.load(), "phase_B")
+    assert len(figure.axes) == 3
+
+
+@pytest.mark.parametrize("kill_after", [3, 40])
+def test_a_run_that_is_stopped_goes_on_where_it_was(
+    roach: Animal, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kill_after: int
+) -> None:
+    gait, path = gait_at(roach, 15, 0.2), tmp_path / "curve.nc"
+    whole = ls.follow(gait, "heading", within=(0.0, 0.7))
+    monkeypatch.setattr(charts, "SECONDS", 0.0)
+    keep, count = charts.Shelf.note, 0
+
+    def noting(shelf: charts.Shelf, stretches: list[Stretch]) -> None:
+        nonlocal count
+        keep(shelf, stretches)
+        count += 1
+        if count == kill_after:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(charts.Shelf, "note", noting)
+        with pytest.raises(KeyboardInterrupt):
+            ls.follow(gait, "heading", within=(0.0, 0.7), store=path)
+    with pytest.raises(ValueError, match="must hold a curve of gaits that was followed to its end"):
+        ls.load_curve(path)
+    with pytest.raises(ValueError, match="must be a new file, or one of the same curve"):
+        ls.follow(gait, "heading", within=(0.0, 0.6), store=path)
+    resumed = ls.follow(gait, "heading", within=(0.0, 0.7), store=path)
+    assert np.array_equal(resumed.values, whole.values)
+    assert [one.value for one in resumed.special] == [one.value for one in whole.special]
+    # What is finished is read.
+    monkeypatch.setattr(Tracer, "trace", None)
+    assert np.array_equal(ls.follow(gait, "heading", within=(0.0, 0.7), store=path).values, whole.values)

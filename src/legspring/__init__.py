@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from legspring.continuation import follow as follow
+    from legspring.charts import load_curve as load_curve
     from legspring.drawing.film import animate as animate
     from legspring.flow import IntegrationError as IntegrationError
+    from legspring.following import follow as follow
     from legspring.gait import Gait as Gait
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
@@ -37,8 +38,9 @@ _HOMES = {
     "atlas": "sweep",
     "cockroach": "model",
     "find_gaits": "solve",
-    "follow": "continuation",
+    "follow": "following",
     "load_animal": "model",
+    "load_curve": "charts",
     "optimal_atlas": "optima",
     "parameters": "varied",
     "optimize": "optimisation",

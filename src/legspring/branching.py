@@ -4,10 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from legspring.continuation import Special, gait_at
 from legspring.curve import Stretch
 from legspring.gait import Gait
 from legspring.kernel.events import WINDOW
@@ -17,9 +17,6 @@ from legspring.layout import System
 from legspring.problem import GaitProblem
 from legspring.route import Route
 from legspring.solve import gait_near
-
-if TYPE_CHECKING:
-    from legspring.continuation import Special
 
 AMOUNTS = (0.02, 0.05, 0.01, 0.1, 0.003)
 """How far from a special point other curves are looked for, in units of the unknowns."""
@@ -33,7 +30,7 @@ NEAR = 0.1
 """Largest change of an unknown, but for a phase that is turned on purpose, from one family to the other."""
 
 
-def branches(special: "Special") -> list[Gait]:
+def branches(special: Special) -> list[Gait]:
     """Return gaits on the curves that branch off (see `legspring.continuation.Special.switch`)."""
     if special.kind in (Kind.WINDOW, Kind.IDLE):
         return other_families(special)
@@ -58,13 +55,11 @@ def unmirrored(problem: GaitProblem) -> GaitProblem:
     return replace(problem, system=replace(problem.system, symmetric=False), given=given)
 
 
-def crossing(special: "Special", twin: Callable[[GaitProblem], GaitProblem]) -> list[Gait]:
+def crossing(special: Special, twin: Callable[[GaitProblem], GaitProblem]) -> list[Gait]:
     """Return gaits on a curve that crosses this one in a special point, on either side.
 
     There the conditions have two tangents: that of the curve, and another one.
     """
-    from legspring.continuation import gait_at
-
     route = special._route
     other = replace(route, problem_at=lambda place: twin(route.problem_at(place)))
     stretch = Stretch(other, special._stretch.region)
@@ -85,10 +80,8 @@ def crossing(special: "Special", twin: Callable[[GaitProblem], GaitProblem]) -> 
     return found
 
 
-def _here_and_beside(special: "Special") -> list[tuple[Gait, float]]:
+def _here_and_beside(special: Special) -> list[tuple[Gait, float]]:
     """Return the gait at a special point and one a little further on, each with its place."""
-    from legspring.continuation import gait_at
-
     stretch, point = special._stretch, special._point
     beside = stretch.corrected(point.y + 1e-4 * point.tangent, point.tangent, point.tangent) or point
     return [(gait_at(special._route, one), special._route.place(one.y)) for one in (point, beside)]
@@ -99,7 +92,7 @@ def seen_in(route: Route, gait: Gait, place: float) -> Floats:
     return np.append(route.problem_at(place).z_of(gait), place / route.scale)
 
 
-def other_families(special: "Special") -> list[Gait]:
+def other_families(special: Special) -> list[Gait]:
     """Return gaits in which the leg that does nothing pulls where it pushed, or the other way round.
 
     Where the stance of a leg shrinks to the ignored window, its gap is zero at both ends of that. So it is for the leg

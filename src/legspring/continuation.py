@@ -1,21 +1,24 @@
-"""Following a gait along a parameter: `legspring.follow`."""
+"""Curves of gaits, with all that there is to say about them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.checks import checked_number, checked_whole, shown
-from legspring.curve import Point, Stop, Stretch, Trace, Tracer
+from legspring.curve import Point, Stop, Stretch, Trace
+from legspring.files import PathLike
 from legspring.footing import Ending, Reason, ending_of, find_landmarks, kink_after
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, Landmark
-from legspring.problem import GaitProblem
 from legspring.route import Route, Subject, route_for
-from legspring.solve import Origin, gait_near
+from legspring.solve import Origin
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_POINTS = 2000
 NEAR_END = 1e-6
@@ -27,6 +30,48 @@ AT_END = {
     Reason.GRAZING_TOUCHDOWN: Kind.GRAZING_TOUCHDOWN,
 }
 """Endings that are special points, which may lead on to other curves."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be followed: a gait along a parameter, to a value or within a range, for so many points at most."""
+
+    gait: Gait
+    parameter: Subject
+    to: float | None
+    within: tuple[float, float] | None
+    most: int
+
+    @cached_property
+    def route(self) -> Route:
+        """What varies, between the limits that are asked for.
+
+        Raises
+        ------
+        ValueError
+            If the gait does not depend on it, or its value is not within the limits.
+        """
+        route = route_for(self.gait, self.parameter)
+        low, high = self.within or (route.low, route.high)
+        if not low <= route.start <= high:
+            raise ValueError(f"within = ({low:g}, {high:g}): must hold the gait's value, {route.start:g}")
+        low, high = max(low, route.low), min(high, route.high)
+        if self.to is not None:
+            if not low <= self.to <= high or self.to == route.start:
+                limits = f"from {low:g} to {high:g}"
+                raise ValueError(f"to = {self.to:g}: must be another value than {route.start:g}, {limits}")
+            low, high = (low, self.to) if self.to > route.start else (self.to, high)
+        return replace(route, low=low, high=high, kinks=tuple(kink for kink in route.kinks if low < kink < high))
+
+    @property
+    def ways(self) -> list[float]:
+        """Which ways to go: towards the value asked for, or both; from an end of the range, one only."""
+        route = self.route
+        ways = [1.0, -1.0] if self.to is None else [1.0 if self.to > route.start else -1.0]
+        near = 1e-12 * route.scale
+        return [
+            way for way in ways if (route.start < route.high - near if way > 0.0 else route.start > route.low + near)
+        ]
 
 
 @dataclass(frozen=True)
@@ -43,12 +88,15 @@ class Special:
         Whose it is; empty where it is no leg's.
     words
         What else there is to say about it.
+    after
+        Number of the point of the curve after which it comes.
     """
 
     kind: Kind
     value: float
     leg: str
     words: str
+    after: int
     _route: Route = field(repr=False, compare=False)
     _stretch: Stretch = field(repr=False, compare=False)
     _point: Point = field(repr=False, compare=False)
@@ -116,9 +164,9 @@ class Continuation:
     special: tuple[Special, ...]
     ending: Ending
     beginning: Ending | None
-    start: Gait = field(repr=False)
+    request: Request = field(repr=False)
     _route: Route = field(repr=False)
-    _points: tuple[tuple[Stretch, Point], ...] = field(repr=False)
+    points: tuple[tuple[Stretch, Point], ...] = field(repr=False)
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -129,15 +177,46 @@ class Continuation:
         ends = f"{self.values[0]:.4g} to {self.values[-1]:.4g}"
         return f"Continuation({self.parameter!r}, {len(self)} points, {ends}, {len(self.special)} special)"
 
+    @property
+    def gait(self) -> Gait:
+        """The gait that was followed."""
+        return self.request.gait
+
+    def to_dataset(self, measures: Sequence[str] = ()) -> "xr.Dataset":
+        """Return the curve as a dataset.
+
+        Parameters
+        ----------
+        measures
+            Names of further measures of the gaits, such as ``"transport_cost"`` (see :doc:`/reference/gait`); each
+            takes a few milliseconds a point.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``point``: what varies, speed, heading, phases, multipliers, whether a point is a gait, and stable;
+            over ``special``: the special points. Attributes say why the curve begins and ends where it does.
+        """
+        from legspring.charts import to_dataset
+
+        return to_dataset(self, measures)
+
+    def save(self, path: PathLike) -> None:
+        """Save the curve as netCDF, from which `load_curve` reads it, and figures are drawn."""
+        from legspring.files import check_output, save_netcdf
+
+        check_output(path, (".nc",))
+        save_netcdf(self.to_dataset(), path)
+
     @cached_property
     def gaits(self) -> tuple[Gait, ...]:
         """The points in the form of gaits, valid or not."""
-        return tuple(gait_at(self._route, point) for _, point in self._points)
+        return tuple(gait_at(self._route, point) for _, point in self.points)
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """``(N, m)``: of a stride, without those of what is conserved."""
-        mirrored = self._points[0][0].loaded(self._points[0][1].y).problem.system.mirrored
+        mirrored = self.points[0][0].loaded(self.points[0][1].y).problem.system.mirrored
         return self.half_multipliers ** (2 if mirrored else 1)
 
     def at(self, value: float) -> list[Gait]:
@@ -145,7 +224,7 @@ class Continuation:
         from legspring.curve import at_place
 
         target, found = value / self._route.scale, []
-        for (stretch, first), (other, second) in zip(self._points, self._points[1:], strict=False):
+        for (stretch, first), (other, second) in zip(self.points, self.points[1:], strict=False):
             if stretch is not other:
                 continue
             for one, two in with_folds(stretch, first, second):
@@ -154,7 +233,7 @@ class Continuation:
                     if point is not None:
                         found.append(gait_at(self._route, point))
         if self.values[-1] == value:
-            found.append(gait_at(self._route, self._points[-1][1]))
+            found.append(gait_at(self._route, self.points[-1][1]))
         return found
 
 
@@ -168,150 +247,72 @@ def with_folds(stretch: Stretch, first: Point, second: Point) -> list[tuple[Poin
     return [(first, second)] if fold is None else [(first, fold), (fold, second)]
 
 
-def follow(
-    gait: Gait,
-    parameter: Subject,
-    *,
-    to: float | None = None,
-    within: Sequence[float] | None = None,
-    most_points: int = MOST_POINTS,
-) -> Continuation:
-    """Follow a gait while something varies, past folds, to where it ends.
+def joined(route: Route, traces: Sequence[Trace], to: float | None) -> tuple[Trace, Ending | None, Ending]:
+    """Return the curve that was traced one way, or both ways, and why it begins and ends where it does.
 
-    See :ref:`numerics-continuation`.
-
-    Parameters
-    ----------
-    gait
-        A gait that a search, or a curve, has found.
-    parameter
-        What varies: the name of a parameter, or of what the gait was asked for, as ``"slope_deg"``, ``"heading"`` or
-        ``"F.stiffness"`` (see `legspring.parameters`); several names, which grow by a common factor, 1 at the start; or
-        values by name, or another animal, towards which all goes together, from 0 at the start to 1.
-    to
-        Value at which to stop. By default the curve is followed both ways.
-    within
-        Range, low and high, that is not left.
-    most_points
-        Points after which to stop, each way.
-
-    Returns
-    -------
-    Continuation
-        The curve, with its special points.
-
-    Raises
-    ------
-    ValueError
-        For a parameter that the gait does not depend on or has found, or a range that does not hold its value.
-
-    Examples
-    --------
-    >>> import legspring as ls
-    >>> gait = ls.find_gaits(ls.cockroach(), slope_deg=40, heading=0.4)[0]
-    >>> curve = ls.follow(gait, "heading", within=(0.0, 0.6))
-    >>> [round(one.value, 8) for one in curve.special if one.kind == "fold"]
-    [0.43820005]
+    One of both ways begins with the end of the way back.
     """
-    route = route_for(gait, parameter)
-    low, high = _range(route, within)
-    most = checked_whole("most_points", most_points, 2, 1_000_000)
-    target = None if to is None else checked_number("to", to, f"a number ({route.unit})")
-    if target is not None and (not low <= target <= high or target == route.start):
-        raise ValueError(f"to = {target:g}: must be another value than {route.start:g}, from {low:g} to {high:g}")
-    if target is not None:
-        low, high = (low, target) if target > route.start else (target, high)
-    route = replace(route, low=low, high=high, kinks=tuple(kink for kink in route.kinks if low < kink < high))
-    z = start_of(route.problem_at(route.start), gait, route)
-    ways = [1.0, -1.0] if target is None else [1.0 if target > route.start else -1.0]
-    # At an end of its range a curve goes one way only.
-    near = 1e-12 * route.scale
-    ways = [way for way in ways if (route.start < high - near if way > 0.0 else route.start > low + near)]
-    tracer = Tracer(route, most)
-    traces = [tracer.trace(z, way) for way in ways]
-    return joined(route, gait, traces, target)
+    forth, ending = traces[0], ending_of(traces[0], route, to)
+    if len(traces) == 1 or forth.stop is Stop.CLOSED:
+        return forth, None, ending
+    back, beginning = traces[1], ending_of(traces[1], route, to)
+    return two_ways(back, forth), beginning, ending
 
 
-def _range(route: Route, within: Sequence[float] | None) -> tuple[float, float]:
-    """Return the range that is not left, checked."""
-    if within is None:
-        return route.low, route.high
-    if isinstance(within, str) or len(within) != 2:
-        raise ValueError(f"within = {shown(within)}: must be two numbers, low and high")
-    low, high = (checked_number("within", value, "two numbers, low and high") for value in within)
-    if not low <= route.start <= high or low == high:
-        raise ValueError(f"within = ({low:g}, {high:g}): must hold the gait's value, {route.start:g}")
-    return max(low, route.low), min(high, route.high)
-
-
-def start_of(problem: GaitProblem, gait: Gait, route: Route) -> Floats:
-    """Return the unknowns of the gait that is followed, in the problem of its route.
-
-    Raises
-    ------
-    ValueError
-        If it is no solution of that.
-    """
-    found = gait_near(problem, problem.z_of(gait))
-    if found is None or not np.allclose(problem.z_of(found), problem.z_of(gait), rtol=0.0, atol=1e-5):
-        raise ValueError(f"gait: must be one that its animal has where {route.name} = {route.start:g}")
-    return problem.z_of(found)
-
-
-def joined(route: Route, gait: Gait, traces: Sequence[Trace], to: float | None) -> Continuation:
-    """Return the curve that was traced one way, or both ways: then it begins with the end of the way back."""
-    forth = traces[0]
-    back = traces[1] if len(traces) > 1 and forth.stop is not Stop.CLOSED else None
-    whole = forth if back is None else two_ways(back, forth)
-    looked_at = [find_landmarks(one) for one in whole.stretches]
-    traits, why = [one[1] for one in looked_at], [reason for one in looked_at for reason in one[2]]
-    beginning, ending = None if back is None else ending_of(back, route), ending_of(forth, route, to)
-    marks: list[Landmark] = []
-    for (found, _, _), one in zip(looked_at, whole.stretches, strict=True):
-        marks += [*found, kink_after(one)]
-    marks = [mark for mark in marks[:-1] if not any(is_at_end(mark, trace) for trace in (back, forth))]
-    special = [special_of(route, mark) for mark in marks]
-    if back is not None and beginning is not None:
-        special[:0] = end_point(route, back, beginning)
-    special += end_point(route, forth, ending)
+def described(request: Request, trace: Trace, beginning: Ending | None, ending: Ending) -> Continuation:
+    """Return a curve with all that there is to say about it."""
+    route = request.route
+    found = [(*find_landmarks(one), one) for one in trace.stretches]
+    why = [reason for _, _, reasons, _ in found for reason in reasons]
+    marks = [mark for some, _, _, one in found for mark in (*some, kink_after(one))][:-1]
+    first, last = trace.stretches[0].points[0], trace.stretches[-1].points[-1]
+    ends = [(ending, last)] if beginning is None else [(beginning, first), (ending, last)]
+    lost = [point for end, point in ends if end.reason in AT_END]
+    before = np.cumsum([0, *(len(one.points) for one in trace.stretches)]).tolist()
+    starts = {id(one): n for n, one in zip(before, trace.stretches, strict=False)}
+    special = [
+        special_of(route, mark, starts[id(mark.stretch)])
+        for mark in marks
+        if not any(is_at_end(mark, point) for point in lost)
+    ]
+    if beginning is not None:
+        special[:0] = end_point(route, trace.stretches[0], first, beginning, 0)
+    special += end_point(route, trace.stretches[-1], last, ending, before[-1] - 1)
     return Continuation(
         route.name,
         route.unit,
         route.words,
-        np.array([route.place(point.y) for one in whole.stretches for point in one.points]),
+        np.array([route.place(point.y) for one in trace.stretches for point in one.points]),
         np.array([one is None for one in why]),
         tuple("" if one is None else f"{one[0]}" + (f" ({one[1]})" if one[1] else "") for one in why),
-        np.concatenate([one.stable for one in traits]),
-        np.vstack([one.half_multipliers for one in traits]),
+        np.concatenate([traits.stable for _, traits, _, _ in found]),
+        np.vstack([traits.half_multipliers for _, traits, _, _ in found]),
         tuple(special),
         ending,
         beginning,
-        gait,
+        request,
         route,
-        tuple((one, point) for one in whole.stretches for point in one.points),
+        tuple((one, point) for one in trace.stretches for point in one.points),
     )
 
 
-def is_at_end(mark: Landmark, trace: Trace | None) -> bool:
-    """Whether a special point, of what legs do, is a matter of the end of a curve that goes no further."""
-    if trace is None or trace.stop is not Stop.LOST or mark.kind is Kind.FOLD:
-        return False
-    return bool(np.linalg.norm(mark.stretch.way(mark.point.y, trace.stretches[-1].points[-1].y)) < NEAR_END)
+def is_at_end(mark: Landmark, end: Point) -> bool:
+    """Whether a special point is a matter of what legs do at the end of a curve that goes no further."""
+    return mark.kind is not Kind.FOLD and bool(np.linalg.norm(mark.stretch.way(mark.point.y, end.y)) < NEAR_END)
 
 
-def end_point(route: Route, trace: Trace, ending: Ending) -> list[Special]:
+def end_point(route: Route, stretch: Stretch, point: Point, ending: Ending, number: int) -> list[Special]:
     """Return the end of a curve as a special point, if it is one."""
     if ending.reason not in AT_END:
         return []
-    stretch = trace.stretches[-1]
-    mark = Landmark(AT_END[ending.reason], ending.leg, str(ending.reason), stretch.points[-1], stretch, 0)
-    return [special_of(route, mark)]
+    mark = Landmark(AT_END[ending.reason], ending.leg, str(ending.reason), point, stretch, number)
+    return [special_of(route, mark, 0)]
 
 
-def special_of(route: Route, mark: Landmark) -> Special:
-    """Return a special point as users see it."""
+def special_of(route: Route, mark: Landmark, before: int) -> Special:
+    """Return a special point as users see it; so many points come before its stretch."""
     value = route.place(mark.point.y)
-    return Special(mark.kind, value, mark.leg, mark.words, route, mark.stretch, mark.point)
+    return Special(mark.kind, value, mark.leg, mark.words, before + mark.after, route, mark.stretch, mark.point)
 
 
 def two_ways(back: Trace, forth: Trace) -> Trace:

@@ -6,7 +6,7 @@ means something along a curve is looked at afterwards (`legspring.landmarks`).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from itertools import pairwise
@@ -23,6 +23,8 @@ from legspring.route import Piece, Route
 
 FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.02, 0.1, 1e-11
 """Steps along a curve, in units of the unknowns (speed in units of v_des, angles in rad) and of the route's scale."""
+NO_ANIMAL_STEP = 1e-3
+"""Step below which a curve is left where there is no animal any more."""
 MOST_CORRECTIONS = 6
 STRAIGHT = 0.95
 """Least cosine between the tangents at two ends of a step."""
@@ -256,72 +258,83 @@ class Tracer:
         Most points.
     stretch
         How points are found: by what a problem of gaits says, or another one.
+    note
+        Called with what there is of the curve after each point.
+    step
+        Size of the next step.
     """
 
     route: Route
     most: int
     stretch: type[Stretch] = Stretch
+    note: Callable[[list[Stretch]], None] = lambda _: None
+    step: float = FIRST_STEP
 
-    def trace(self, z: Floats, way: float) -> Trace:
+    def trace(self, z: Floats, way: float, begun: Sequence[Stretch] = ()) -> Trace:
         """Trace from unknowns at the route's start, the place growing at first (``way`` 1) or falling (-1).
+
+        Or go on with what has begun.
 
         Raises
         ------
         ValueError
-            If there is no solution at the start.
+            If there is no solution at the start, or no animal beside it.
         """
-        route = self.route
-        y = np.append(z, route.start / route.scale)
-        stretch = self.stretch(route, route.region(route.start, way))
-        across = np.zeros(len(y))
-        across[-1] = way
-        try:
-            first = stretch.corrected(y, across, across)
-        except ValueError as error:
-            return Trace([stretch], Stop.NO_ANIMAL, str(error))
-        if first is None or np.max(np.abs(first.y - y)) > 1e-6:
-            raise ValueError(f"gait: must be one that its animal has where {route.name} = {route.start:g}")
-        stretch.points.append(first)
-        stretches, count = [stretch], 1
+        stretches = list(begun) or [self._first(z, way)]
         while True:
-            stop, words = self._run(stretch, stretches[0].points[0], self.most - count)
-            count = sum(len(one.points) for one in stretches)
-            last = stretch.points[-1]
-            kink = self._kink(last) if stop is Stop.EDGE else None
-            if kink is None:
-                return Trace(stretches, stop, words)
-            region = route.region(kink, math.copysign(1.0, last.tangent[-1]))
-            stretch = self.stretch(route, region)
-            across[-1] = math.copysign(1.0, last.tangent[-1])
-            start = stretch.corrected(last.y, across, last.tangent)
-            if start is None:
-                return Trace(stretches, Stop.LOST, words)
-            stretch.points.append(start)
-            stretches.append(stretch)
+            stop, words = self._run(stretches)
+            kink = self._kink(stretches[-1].points[-1]) if stop is Stop.EDGE else None
+            beyond = None if kink is None else self._beyond(kink, stretches[-1].points[-1])
+            if beyond is None:
+                return Trace(stretches, stop if kink is None else Stop.LOST, words)
+            stretches.append(beyond)
+            self.step = FIRST_STEP
+
+    def _first(self, z: Floats, way: float) -> Stretch:
+        """Return a stretch with the first point."""
+        y = np.append(z, self.route.start / self.route.scale)
+        across = np.append(np.zeros(len(z)), way)
+        stretch = self.stretch(self.route, self.route.region(self.route.start, way))
+        first = stretch.corrected(y, across, across)
+        if first is None or np.max(np.abs(first.y - y)) > SAME_PLACE:
+            raise ValueError(f"gait: must be one that its animal has where {self.route.name} = {self.route.start:g}")
+        stretch.points.append(first)
+        return stretch
+
+    def _beyond(self, kink: float, last: Point) -> Stretch | None:
+        """Return a stretch that begins at a kink where another one has ended; None if the curve does not go on."""
+        ahead = math.copysign(1.0, last.tangent[-1])
+        stretch = self.stretch(self.route, self.route.region(kink, ahead))
+        across = np.append(np.zeros(len(last.y) - 1), ahead)
+        start = stretch.corrected(last.y, across, last.tangent)
+        if start is None:
+            return None
+        stretch.points.append(start)
+        return stretch
 
     def _kink(self, last: Point) -> float | None:
         """Return the kink at which a stretch ends, if it does, and there is something beyond."""
         place = self.route.place(last.y)
         return place if place in self.route.kinks else None
 
-    def _run(self, stretch: Stretch, origin: Point, most: int) -> tuple[Stop, str]:
-        """Trace through a stretch."""
-        step, points = FIRST_STEP, stretch.points
-        while len(points) < most:
-            if step < SHORTEST_STEP:
+    def _run(self, stretches: list[Stretch]) -> tuple[Stop, str]:
+        """Trace through the last stretch."""
+        stretch, origin = stretches[-1], stretches[0].points[0]
+        points, before = stretch.points, sum(len(one.points) for one in stretches[:-1])
+        while before + len(points) < self.most:
+            last = points[-1]
+            if self.step < SHORTEST_STEP:
                 thin_out(points)
                 return Stop.LOST, ""
-            last = points[-1]
             try:
-                found = self._next(stretch, last, step)
+                found = self._next(stretch, last, self.step)
             except ValueError as error:
-                if step > 1e-3:
-                    step *= 0.25
-                    continue
-                thin_out(points)
-                return Stop.NO_ANIMAL, str(error)
+                if self.step < NO_ANIMAL_STEP:
+                    thin_out(points)
+                    return Stop.NO_ANIMAL, str(error)
+                found = None
             if found is None:
-                step *= 0.5
+                self.step *= 0.5
                 continue
             end = self._crossed(stretch, last, found)
             if end is not None:
@@ -334,7 +347,8 @@ class Tracer:
             if not stretch.inside(found.y):
                 return Stop.OUT_OF_RANGE, ""
             turned = math.acos(min(1.0, float(last.tangent @ found.tangent)))
-            step = min(step * min(2.0, max(0.5, TURNED / max(turned, 1e-3))), LONGEST_STEP)
+            self.step = min(self.step * min(2.0, max(0.5, TURNED / max(turned, 1e-3))), LONGEST_STEP)
+            self.note(stretches)
         return Stop.ENOUGH, ""
 
     def _next(self, stretch: Stretch, last: Point, step: float) -> Point | None:

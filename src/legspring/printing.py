@@ -10,6 +10,7 @@ from legspring.measures.registry import MEASURES, measured
 if TYPE_CHECKING:
     import xarray as xr
 
+    from legspring.continuation import Continuation
     from legspring.gait import Gait
     from legspring.model import Animal
     from legspring.optimum import Optimum
@@ -99,6 +100,27 @@ def print_parameters(parameters: "Sequence[Parameter]") -> None:
         (one.name, "-" if math.isnan(one.value) else f"{one.value:.6g}", one.unit, one.words) for one in parameters
     ]
     print_rows(rows)
+
+
+def print_curves(curves: "Sequence[Continuation]") -> None:
+    """Print the special points of curves in their order, a line each, and why they begin and end."""
+    for curve in curves:
+        if curve is not curves[0]:
+            print()
+        first, last = curve.values[[0, -1]]
+        valid = int(curve.valid.sum())
+        print(
+            f"{curve.gait.animal.name}, family {curve.gait.family}: {len(curve)} points along {curve.parameter}, from "
+            f"{first:.6g} to {last:.6g} {curve.unit}".removesuffix(" 1")
+            + f"; {valid} are gaits, {int((curve.valid & curve.stable).sum())} of them stable"
+        )
+        if curve.beginning is not None:
+            print(f"begins: {curve.beginning}")
+        rows = [(curve.parameter, "", "leg", "")]
+        rows += [(f"{one.value:.10g}", str(one.kind), one.leg or "-", one.words) for one in curve.special]
+        if len(rows) > 1:
+            print_rows(rows)
+        print(f"ends: {curve.ending}")
 
 
 def print_rows(rows: Sequence[tuple[str, ...]]) -> None:
