@@ -3,9 +3,10 @@
 import json
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -17,12 +18,12 @@ from legspring.checks import shown
 from legspring.continuation import Continuation, Request, described
 from legspring.curve import Point, Stop, Stretch, Trace, Tracer
 from legspring.files import PathLike, check_output, save_netcdf
-from legspring.footing import Ending, Reason, parameters_at
+from legspring.footing import Ending, Reason
 from legspring.kept import gait_as_json, gait_from_json
+from legspring.kernel.walker import Floats
 from legspring.layout import PLACES
 from legspring.measures.registry import BY_NAME
 from legspring.model import Animal
-from legspring.route import Route
 
 SECONDS = 2.0
 """How often what there is of a curve is kept."""
@@ -32,7 +33,7 @@ PLAIN = ("speed", "heading", "yaw", "yaw_rate")
 def to_dataset(curve: Continuation, measures: Sequence[str] = ()) -> xr.Dataset:
     """Return a curve as a dataset (see `legspring.continuation.Continuation.to_dataset`)."""
     places, system = curve.points, curve.gait.system
-    p = np.array([parameters_at(stretch, point) for stretch, point in places])
+    p = np.array([stretch.parameters(point.y) for stretch, point in places])
     firsts = [system.place(leg, "phase") for leg in system.animal.first_legs]
     special = np.array([one.gait.point for one in curve.special]).reshape(len(curve.special), p.shape[1])
     known = PLAIN if system.yaws else PLAIN[:2]
@@ -148,14 +149,14 @@ def raw_points(ways: Sequence[Sequence[tuple[Stretch, Point]]]) -> dict[str, Any
     }
 
 
-def stretches_of(dataset: xr.Dataset, route: Route, way: int) -> list[Stretch]:
-    """Return the parts of a curve that went one way."""
+def stretches_of(dataset: xr.Dataset, stretch_in: Callable[[tuple[float, float]], Stretch], way: int) -> list[Stretch]:
+    """Return the parts of a curve that went one way, each made for its region of the route."""
     found: dict[int, Stretch] = {}
     rows = np.flatnonzero(dataset["way"].values == way)
     for row in rows:
         number = int(dataset["stretch"].values[row])
         low, high = dataset["region"].values[number].tolist()
-        stretch = found.setdefault(number, Stretch(route, (low, high)))
+        stretch = found.setdefault(number, stretch_in((low, high)))
         y, tangent = dataset["y"].values[row], dataset["tangent"].values[row]
         look = stretch.look(y)
         if look is None:
@@ -181,7 +182,7 @@ def curve_from(dataset: xr.Dataset, path: PathLike) -> Continuation:
     if "request" not in dataset.attrs or not dataset.attrs.get("finished"):
         raise ValueError(f"{path}: must hold a curve of gaits that was followed to its end")
     request = request_from_json(dataset.attrs["request"])
-    stretches = stretches_of(dataset, request.route, 0)
+    stretches = stretches_of(dataset, partial(Stretch, request.route), 0)
     ending = _ending_from(dataset.attrs["ending"])
     assert ending is not None
     return described(request, Trace(stretches, Stop.EDGE), _ending_from(dataset.attrs["beginning"]), ending)
@@ -189,41 +190,51 @@ def curve_from(dataset: xr.Dataset, path: PathLike) -> Continuation:
 
 @dataclass
 class Shelf:
-    """Keeps what there is of a curve in a file, or nowhere."""
+    """Keeps what there is of a curve in a file, or nowhere.
+
+    Attributes
+    ----------
+    path
+        The file; None: nothing is kept.
+    request
+        What is followed, as JSON.
+    stretch
+        Makes a part of such a curve, in a region of the route.
+    """
 
     path: PathLike | None
-    _request: Request | None = None
+    request: str
+    stretch: Callable[[tuple[float, float]], Stretch]
     _ways: list[Trace] = field(default_factory=list)
-    _step: float = math.nan
     _begun: list[Stretch] = field(default_factory=list)
-    _last: float = 0.0
+    _step: float = math.nan
+    _last: float = field(default_factory=time.monotonic)
     _tracer: Tracer | None = None
 
-    def begin(self, request: Request) -> Continuation | list[Trace]:
-        """Return the curve, if it is there; or the ways that are, and remember what there is of the next one.
+    def begin(self) -> tuple[xr.Dataset | None, list[Trace]]:
+        """Return what was finished, if it is; else the ways that were, and remember what there is of the next one.
 
         Raises
         ------
         ValueError
             If the file holds something else.
         """
-        self._request, self._last = request, time.monotonic()
         if self.path is None:
-            return []
+            return None, []
         check_output(self.path, (".nc",))
         if not Path(self.path).exists():
-            return []
+            return None, []
         with xr.open_dataset(self.path) as dataset:
             kept = dataset.load()
-        if json.loads(kept.attrs.get("request", "null")) != json.loads(request_as_json(request)):
+        if json.loads(kept.attrs.get("request", "null")) != json.loads(self.request):
             raise ValueError(f"store = {shown(str(self.path))}: must be a new file, or one of the same curve")
         if kept.attrs["finished"]:
-            return curve_from(kept, self.path)
+            return kept, []
         stops = json.loads(kept.attrs["stops"])
         for way, (stop, words) in enumerate(stops):
-            self._ways.append(Trace(stretches_of(kept, request.route, way), Stop(stop), words))
-        self._begun, self._step = stretches_of(kept, request.route, len(stops)), float(kept.attrs["step"])
-        return self._ways
+            self._ways.append(Trace(stretches_of(kept, self.stretch, way), Stop(stop), words))
+        self._begun, self._step = stretches_of(kept, self.stretch, len(stops)), float(kept.attrs["step"])
+        return None, list(self._ways)
 
     def resume(self, tracer: Tracer) -> list[Stretch]:
         """Return what there is already of the next way, to go on from."""
@@ -237,21 +248,25 @@ class Shelf:
         if self.path is not None and time.monotonic() - self._last > SECONDS:
             self._keep([*self._ways, Trace(stretches, Stop.ENOUGH)], len(self._ways))
 
-    def finish(self, traces: list[Trace]) -> None:
+    def finish(self, traces: Sequence[Trace]) -> None:
         """Keep what there is after a way."""
         self._ways = list(traces)
         if self.path is not None and time.monotonic() - self._last > SECONDS:
             self._keep(self._ways, len(traces))
 
     def _keep(self, traces: list[Trace], finished: int) -> None:
-        assert self._request is not None and self._tracer is not None and self.path is not None
+        assert self._tracer is not None and self.path is not None
         ways = [[(one, point) for one in trace.stretches for point in one.points] for trace in traces]
         stops = [[trace.stop, trace.words] for trace in traces[:finished]]
-        about = {"request": request_as_json(self._request), "finished": 0, "step": self._tracer.step}
-        save_netcdf(xr.Dataset(raw_points(ways), attrs=about | {"stops": json.dumps(stops)}), self.path)
+        about = {"request": self.request, "finished": 0, "step": self._tracer.step, "stops": json.dumps(stops)}
+        save_netcdf(xr.Dataset(raw_points(ways), attrs=about), self.path)
         self._last = time.monotonic()
 
-    def end(self, curve: Continuation) -> None:
-        """Keep the whole curve."""
-        if self.path is not None:
-            save_netcdf(to_dataset(curve), self.path)
+    def traced(self, ways: Sequence[float], tracer: Callable[[], Tracer], z: Floats, kept: list[Trace]) -> list[Trace]:
+        """Trace all ways, but for what is there already."""
+        traces = list(kept)
+        for way in ways[len(kept) :]:
+            one = tracer()
+            traces.append(one.trace(z, way, self.resume(one)))
+            self.finish(traces)
+        return traces

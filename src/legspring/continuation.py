@@ -1,6 +1,7 @@
 """Curves of gaits, with all that there is to say about them."""
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -315,16 +316,21 @@ def special_of(route: Route, mark: Landmark, before: int) -> Special:
     return Special(mark.kind, value, mark.leg, mark.words, before + mark.after, route, mark.stretch, mark.point)
 
 
+def with_points(stretch: Stretch, points: list[Point]) -> Stretch:
+    """Return a stretch with other points."""
+    other = copy(stretch)
+    other.points = points
+    return other
+
+
 def two_ways(back: Trace, forth: Trace) -> Trace:
     """Return one curve of two that begin at one point: the first one backwards, then the other."""
     turned = [
-        Stretch(one.route, one.region, [p._replace(tangent=-p.tangent) for p in reversed(one.points)], one.known)
+        with_points(one, [point._replace(tangent=-point.tangent) for point in reversed(one.points)])
         for one in reversed(back.stretches)
     ]
     ahead = list(forth.stretches)
     if turned[-1].region == ahead[0].region:
-        first = ahead.pop(0)
-        last = turned.pop()
-        both = Stretch(first.route, first.region, [*last.points[:-1], *first.points], last.known | first.known)
-        turned.append(both)
+        first, last = ahead.pop(0), turned.pop()
+        turned.append(with_points(first, [*last.points[:-1], *first.points]))
     return Trace([*turned, *ahead], forth.stop, forth.words)

@@ -165,12 +165,20 @@ class Stretch:
         piece = self.route.piece(place, self.region)
         key = piece.low, piece.high
         if key not in self.known:
-            self.known[key] = Loaded(piece, self.route.scale, y[:-1], place)
+            self.known[key] = Loaded(piece, self.route.scale, self.unknowns(y), place)
         return self.known[key]
 
     def look(self, y: Floats) -> Look | None:
         """Look at the conditions at a point; None where a step cannot be simulated."""
-        return self.loaded(y)(y[:-1], self.route.place(y))
+        return self.loaded(y)(self.unknowns(y), self.route.place(y))
+
+    def unknowns(self, y: Floats) -> Floats:
+        """Return the unknowns of a point, by their units."""
+        return y[:-1]
+
+    def parameters(self, y: Floats) -> Floats:
+        """Return all parameters of a point, ``(n,)``."""
+        return self.loaded(y).point(self.unknowns(y), self.route.place(y))
 
     def inside(self, y: Floats) -> bool:
         """Whether unknowns are in the range in which gaits are looked for."""
@@ -266,9 +274,10 @@ class Tracer:
 
     route: Route
     most: int
-    stretch: type[Stretch] = Stretch
+    stretch: Callable[[Route, tuple[float, float]], Stretch] = Stretch
     note: Callable[[list[Stretch]], None] = lambda _: None
     step: float = FIRST_STEP
+    longest: float = LONGEST_STEP
 
     def trace(self, z: Floats, way: float, begun: Sequence[Stretch] = ()) -> Trace:
         """Trace from unknowns at the route's start, the place growing at first (``way`` 1) or falling (-1).
@@ -295,7 +304,9 @@ class Tracer:
         y = np.append(z, self.route.start / self.route.scale)
         across = np.append(np.zeros(len(z)), way)
         stretch = self.stretch(self.route, self.route.region(self.route.start, way))
-        first = stretch.corrected(y, across, across)
+        look = stretch.look(y)
+        normal = across if look is None else tangent_of(look.by, across)
+        first = stretch.corrected(y, normal, across)
         if first is None or np.max(np.abs(first.y - y)) > SAME_PLACE:
             raise ValueError(f"gait: must be one that its animal has where {self.route.name} = {self.route.start:g}")
         stretch.points.append(first)
@@ -347,7 +358,7 @@ class Tracer:
             if not stretch.inside(found.y):
                 return Stop.OUT_OF_RANGE, ""
             turned = math.acos(min(1.0, float(last.tangent @ found.tangent)))
-            self.step = min(self.step * min(2.0, max(0.5, TURNED / max(turned, 1e-3))), LONGEST_STEP)
+            self.step = min(self.step * min(2.0, max(0.5, TURNED / max(turned, 1e-3))), self.longest)
             self.note(stretches)
         return Stop.ENOUGH, ""
 

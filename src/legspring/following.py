@@ -1,13 +1,14 @@
 """Following a gait while something varies: `legspring.follow`."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
-from legspring.charts import Shelf
+from legspring.charts import Shelf, curve_from, request_as_json
 from legspring.checks import checked_number, checked_whole, shown
 from legspring.continuation import Continuation, Request, described, joined
-from legspring.curve import Tracer
+from legspring.curve import Stretch, Tracer
 from legspring.files import PathLike
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
@@ -72,20 +73,16 @@ def follow(
     most = checked_whole("most_points", most_points, 2, 1_000_000)
     target = None if to is None else checked_number("to", to, "a number")
     request = Request(gait, parameter, target, None if within is None else _limits(within), most)
-    route, shelf = request.route, Shelf(store)
-    kept = shelf.begin(request)
-    if isinstance(kept, Continuation):
-        return kept
+    route = request.route
+    shelf = Shelf(store, request_as_json(request), partial(Stretch, route))
+    finished, kept = shelf.begin()
+    if finished is not None:
+        return curve_from(finished, str(store))
     z = start_of(route.problem_at(route.start), gait, route)
-    traces = list(kept)
-    for number, way in enumerate(request.ways):
-        if number < len(traces):
-            continue
-        tracer = Tracer(route, most, note=shelf.note)
-        traces.append(tracer.trace(z, way, shelf.resume(tracer)))
-        shelf.finish(traces)
+    traces = shelf.traced(request.ways, lambda: Tracer(route, most, note=shelf.note), z, kept)
     curve = described(request, *joined(route, traces, target))
-    shelf.end(curve)
+    if store is not None:
+        curve.save(store)
     return curve
 
 

@@ -114,15 +114,10 @@ class Feet:
 
     def traits(self, stretch: Stretch, points: Sequence[Point]) -> "Traits":
         """Return all that is known of some points of a stretch."""
-        p = np.array([parameters_at(stretch, point) for point in points])
+        p = np.array([stretch.parameters(point.y) for point in points])
         _, times, out = self.seen(p)
         maps = np.array([point.look.map for point in points])
         return Traits(self.system, p, self.trivial.free(maps), times, out)
-
-
-def parameters_at(stretch: Stretch, point: Point) -> Floats:
-    """Return all parameters of a point, ``(n,)``."""
-    return stretch.loaded(point.y).point(point.y[:-1], stretch.route.place(point.y))
 
 
 @dataclass
@@ -299,7 +294,7 @@ def find_idle(stretch: Stretch, traits: Traits, feet: Feet) -> Iterator[Landmark
     for leg in traits.watched:
 
         def value(point: Point, leg: int = leg) -> float:
-            p = parameters_at(stretch, point)
+            p = stretch.parameters(point.y)
             run = flow(feet.system, p, steps=feet.system.cycle, record=True, accuracy=TIGHT)
             return peak_magnitude(run, leg) - IDLE
 
@@ -384,10 +379,10 @@ def ending_of(trace: Trace, route: Route, to: float | None = None) -> Ending:
     if trace.stop in STOPS:
         return Ending(STOPS[trace.stop], value, "", trace.words)
     feet = Feet(stretch.loaded(last.y).problem.system)
-    here = feet.seen(parameters_at(stretch, last)[None])[2][0]
+    here = feet.seen(stretch.parameters(last.y)[None])[2][0]
     for distance in BEYOND:
         y = last.y + distance * last.tangent
-        status, _, seen = feet.seen(parameters_at(stretch, last._replace(y=y))[None])
+        status, _, seen = feet.seen(stretch.parameters(y)[None])
         if status[0] != OK:
             return Ending(Reason.NOT_SIMULATED, value, "", REASONS.get(int(status[0]), ""))
         cause = what_leaps(feet.system, here, seen[0])

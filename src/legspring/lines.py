@@ -1,0 +1,232 @@
+"""Curves of special points: one unknown more, and what is special as one more condition."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from legspring.asking import Counted
+from legspring.continuation import Special
+from legspring.curve import Look, Point, Stretch
+from legspring.flow import flow
+from legspring.footing import Feet, Moment, apart, moments_of, trivial_of
+from legspring.gait import IDLE, Gait
+from legspring.kernel.events import WINDOW
+from legspring.kernel.footfalls import LEAVING, STANCE, STARTING
+from legspring.kernel.walker import Floats
+from legspring.landmarks import Kind, from_circle, from_minus_one, from_one
+from legspring.layout import TIGHT
+from legspring.measures.forces import peak_magnitude
+from legspring.measures.registry import BY_NAME
+from legspring.problem import GaitProblem
+
+APART = 1e-6
+"""Distance of points, in units of the unknowns, whose difference is a derivative."""
+JUMP = 1e-2
+"""Difference in such a distance that is a jump."""
+MARGINS = (1e-3, 1e-5, 1e-7, 1e-8)
+"""How far from where something jumps points are sought, one after the other."""
+ONE_SIDED = (Kind.WINDOW, Kind.NO_LIFTOFF, Kind.GRAZING_LIFTOFF)
+TESTS = {
+    Kind.BRANCHING: from_one,
+    Kind.PERIOD_DOUBLING: from_minus_one,
+    Kind.SYMMETRY_BREAKING: from_minus_one,
+    Kind.NEIMARK_SACKER: from_circle,
+}
+Condition = Callable[["Line", Point], float]
+
+
+class Target(NamedTuple):
+    """What was asked for and varies: which condition it is, and its value at the start, by its unit."""
+
+    row: int
+    value: float
+
+
+@dataclass
+class Line(Stretch):
+    """A part of a boundary.
+
+    The numbers of its points are the problem's unknowns, among them a parameter that was let go; or else, last of them,
+    the value of what was asked for; then the place.
+
+    Attributes
+    ----------
+    condition
+        What is zero all along.
+    target
+        What was asked for, if that varies.
+    one_sided
+        Whether there is something on one side only, where the condition is positive.
+    margin
+        How far from zero it stays then.
+    is_inside
+        Whether a point is in the range that is not left.
+    """
+
+    condition: Condition = field(default=lambda _, __: 0.0)
+    target: Target | None = None
+    one_sided: bool = False
+    margin: float = 0.0
+    is_inside: Callable[[Floats], bool] = lambda _: True
+
+    def unknowns(self, y: Floats) -> Floats:
+        """Return the unknowns of the problem at a point."""
+        return y[:-1] if self.target is None else y[:-2]
+
+    def inside(self, y: Floats) -> bool:
+        """Whether a point is in the range that is not left."""
+        return self.is_inside(y)
+
+    def look(self, y: Floats) -> Look | None:
+        """Look at all conditions; the derivatives of the one that is special are differences."""
+        here = self.without(y)
+        if here is None:
+            return None
+        value, rates = self.condition(self, Point(y, y, here)), np.zeros(len(y))
+        for n in range(len(y)):
+            steps = []
+            for side in (APART, -APART):
+                beside = y.copy()
+                beside[n] += side
+                there = self.without(beside)
+                if there is not None:
+                    steps.append((self.condition(self, Point(beside, beside, there)) - value) / side)
+            known = [step for step in steps if abs(step) * APART < JUMP]
+            if not known:
+                return None
+            rates[n] = sum(known) / len(known)
+        return Look(np.append(here.values, value - self.margin), np.vstack([here.by, rates]), here.map)
+
+    def without(self, y: Floats) -> Look | None:
+        """Look at all conditions but the one that is special."""
+        look = super().look(y)
+        if look is None or self.target is None:
+            return look
+        column = np.zeros(len(look.values))
+        column[self.target.row] = -1.0
+        values = look.values + (y[-2] - self.target.value) * column
+        return Look(values, np.insert(look.by, -1, column, axis=1), look.map)
+
+    def corrected(self, guess: Floats, normal: Floats, ahead: Floats) -> Point | None:
+        """Return the point of the curve in the plane through a guess; where there is one side only, from there."""
+        found = None
+        for margin in MARGINS if self.one_sided else (0.0,):
+            self.margin = margin
+            found = super().corrected(guess if found is None else found.y, normal, ahead)
+            if found is None:
+                return None
+        return found
+
+
+def let_go(problem: GaitProblem, name: str) -> GaitProblem:
+    """Return a problem with one unknown more than conditions: a coordinate that was given, or a parameter."""
+    given, free = dict(problem.given), problem.free
+    if name in given:
+        del given[name]
+    else:
+        free = (*free, name)
+    return Counted(problem.system, free, given)
+
+
+# What is special --------------------------------------------------------------------------------------------
+
+
+def of_fold(column: int) -> Condition:
+    """Return what is zero where the conditions are singular but for one column, that of what varies."""
+
+    def condition(line: Line, point: Point) -> float:
+        size = len(point.y) - 2
+        columns = [n for n in range(size + 1) if n != column]
+        return float(np.linalg.det(point.look.by[:size, columns]))
+
+    return condition
+
+
+def of_multipliers(test: Callable[[NDArray[np.complex128]], float]) -> Condition:
+    """Return what is zero where a multiplier leaves the unit circle."""
+
+    def condition(line: Line, point: Point) -> float:
+        system = line.loaded(point.y).problem.system
+        return test(trivial_of(system).free(point.look.map[None])[0])
+
+    return condition
+
+
+def of_leg(feet: Feet, leg: int, kind: Kind) -> Condition:
+    """Return what is zero where a leg begins to do something else."""
+
+    def condition(line: Line, point: Point) -> float:
+        p = line.parameters(point.y)
+        if kind is Kind.IDLE:
+            run = flow(feet.system, p, steps=feet.system.cycle, record=True, accuracy=TIGHT)
+            # As large as other conditions are.
+            return (peak_magnitude(run, leg) - IDLE) / IDLE
+        seen = feet.seen(p[None])[2][0, leg]
+        if kind is Kind.WRONG_START:
+            return float(seen[STARTING])
+        if kind is Kind.GRAZING_LIFTOFF:
+            return float(seen[LEAVING] ** 2)
+        return float(seen[STANCE] - WINDOW if kind is Kind.WINDOW else 2.0 - seen[STANCE])
+
+    return condition
+
+
+def of_sequence(feet: Feet, one: Moment, other: Moment) -> Condition:
+    """Return what is zero where two events are at one time."""
+
+    def condition(line: Line, point: Point) -> float:
+        return apart(feet.traits(line, [point]), 0, one, other)
+
+    return condition
+
+
+def of_level(measure: str, value: float, gait_of: Callable[[Line, Floats], Gait]) -> Condition:
+    """Return what is zero where a measure has a value."""
+    one = BY_NAME[measure]
+
+    def condition(line: Line, point: Point) -> float:
+        return float(one.of(gait_of(line, point.y))) - value
+
+    return condition
+
+
+def condition_for(special: Special, problem: GaitProblem, column: int) -> Condition:
+    """Return the condition for a special point.
+
+    Parameters
+    ----------
+    special
+        The point.
+    problem
+        The problem of which one parameter, or target, was let go.
+    column
+        Which of the numbers of a point that is.
+
+    Raises
+    ------
+    ValueError
+        If there is no curve of such points.
+    """
+    kind, system = special.kind, problem.system
+    if kind is Kind.FOLD:
+        return of_fold(column)
+    if kind in TESTS:
+        return of_multipliers(TESTS[kind])
+    feet, legs = Feet(system), [leg.name for leg in system.animal.legs]
+    by_clock = special.leg in legs and system.animal.legs[legs.index(special.leg)].touchdown == "clock"
+    if kind in (Kind.IDLE, Kind.WRONG_START, *ONE_SIDED) and (by_clock or kind is not Kind.NO_LIFTOFF):
+        return of_leg(feet, legs.index(special.leg), kind)
+    if kind is Kind.SEQUENCE:
+        return of_sequence(feet, *together(special, feet))
+    raise ValueError(f"special = {special}: must be of a kind of which there are curves, and not {kind}")
+
+
+def together(special: Special, feet: Feet) -> tuple[Moment, Moment]:
+    """Return the two events that are at one time in a special point."""
+    traits = feet.traits(special._stretch, [special._point])
+    moments = moments_of(traits)
+    pairs = [(one, other) for n, one in enumerate(moments) for other in moments[n + 1 :]]
+    return min(pairs, key=lambda pair: abs(apart(traits, 0, *pair)))
