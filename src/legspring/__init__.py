@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from legspring.boundaries import boundary as boundary
+    from legspring.boundary_charts import load_boundary as load_boundary
     from legspring.charts import load_curve as load_curve
     from legspring.drawing.film import animate as animate
     from legspring.flow import IntegrationError as IntegrationError
@@ -36,10 +38,12 @@ _HOMES = {
     "ModelError": "model",
     "animate": "drawing.film",
     "atlas": "sweep",
+    "boundary": "boundaries",
     "cockroach": "model",
     "find_gaits": "solve",
     "follow": "following",
     "load_animal": "model",
+    "load_boundary": "boundary_charts",
     "load_curve": "charts",
     "optimal_atlas": "optima",
     "parameters": "varied",

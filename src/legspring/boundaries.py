@@ -4,200 +4,37 @@ Of two parameters one is let go, and what is special is one more condition: then
 the same continuation follows along the other one.
 """
 
+import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
+from legspring.boundary_charts import boundary_from
+from legspring.charts import Shelf
 from legspring.checks import checked_whole, shown
 from legspring.continuation import Special, two_ways
 from legspring.curve import Point, Stop, Stretch, Trace, Tracer, at_zero
+from legspring.files import PathLike, save_netcdf
 from legspring.footing import Ending, Feet, Reason, ending_of, find_idle, find_starts
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, find_crossings, in_order
-from legspring.layout import unit_and_words
-from legspring.lines import ONE_SIDED, Condition, Line, Target, condition_for, let_go, of_level
+from legspring.lines import ONE_SIDED, Condition, Line, condition_for, of_level
 from legspring.measures.registry import BY_NAME
 from legspring.measures.sensitivity import checked
-from legspring.problem import TARGETS, TIED, GaitProblem
-from legspring.route import Route, route_for, with_value
-from legspring.solve import Origin
+from legspring.planes import Boundary, Corner, Plane, Range, swapped
+from legspring.problem import TIED
+from legspring.progress import progress_bar
 
 MOST_POINTS = 400
 LONGEST = 0.05
 """Longest step along a boundary, in units of the unknowns and of the parameters' scales."""
+CORNERS = 1e-4
+"""Where events change places, derivatives have a kink, and what is made of them has a corner."""
 CUSP_WORDS = "two lines of folds meet, and there are none beyond"
 TURN_WORDS = "the line turns back"
-Range = tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Plane:
-    """Two parameters in which a boundary lies: the first is let go, the second is followed.
-
-    Attributes
-    ----------
-    gait
-        Where it begins.
-    p1, p2
-        Their names.
-    ranges
-        What is not left.
-    """
-
-    gait: Gait
-    p1: str
-    p2: str
-    ranges: tuple[Range, Range]
-
-    @cached_property
-    def unchanged(self) -> Route:
-        """The second parameter, with nothing let go."""
-        route = route_for(self.gait, self.p2)
-        low, high = max(self.ranges[1][0], route.low), min(self.ranges[1][1], route.high)
-        if not low <= route.start <= high:
-            raise ValueError(f"within = ({low:g}, {high:g}): must hold the value of {self.p2}, {route.start:g}")
-        return replace(route, low=low, high=high, kinks=tuple(kink for kink in route.kinks if low < kink < high))
-
-    @cached_property
-    def target(self) -> Target | None:
-        """What was asked for and varies; None if it is a coordinate of the start, or a parameter."""
-        problem = self.unchanged.problem_at(self.unchanged.start)
-        if self.p1 not in problem.targets:
-            return None
-        if self.p1 in ("mean_speed", "lateral_drift"):
-            raise ValueError(f"p1 = {self.p1!r}: must be another one, as it is asked of a stride here")
-        return Target(problem.conditions.index(self.p1), problem.wanted(self.p1) / problem.unit(self.p1))
-
-    @cached_property
-    def route(self) -> Route:
-        """The second parameter, with the first one let go."""
-        unchanged, p1 = self.unchanged, self.p1
-        if self.target is not None:
-            return unchanged
-        return replace(unchanged, problem_at=lambda place: let_go(unchanged.problem_at(place), p1))
-
-    @cached_property
-    def problem(self) -> GaitProblem:
-        """The problem at the start."""
-        return self.route.problem_at(self.route.start)
-
-    @cached_property
-    def column(self) -> int:
-        """Which of the numbers of a point is the first parameter."""
-        if self.target is not None:
-            return self.problem.size
-        return self.problem.unknowns.index({"mean_speed": "Dy", "lateral_drift": "Dx"}.get(self.p1, self.p1))
-
-    @cached_property
-    def start(self) -> Floats:
-        """The numbers of the point where it begins, but for the place."""
-        z = self.problem.z_of(self.gait)
-        return z if self.target is None else np.append(z, self.target.value)
-
-    def first(self, line: Stretch, y: Floats) -> float:
-        """Return the value of the first parameter at a point."""
-        problem = line.loaded(y).problem
-        if self.target is not None:
-            return float(y[-2]) * self.problem.unit(self.p1)
-        if self.p1 in ("mean_speed", "lateral_drift"):
-            p = line.parameters(y)
-            share = p[problem.system.place_of("step_duration")]
-            return float(p[problem.system.place_of("Dy")] if self.p1 == "mean_speed" else -p[2]) / float(share)
-        return float(line.parameters(y)[problem.system.place_of(self.p1)])
-
-    def gait_of(self, line: Stretch, y: Floats) -> Gait:
-        """Return a point in the form of a gait, valid or not."""
-        problem = with_value(self.unchanged.problem_at(self.route.place(y)), self.p1, self.first(line, y))
-        p = line.parameters(y)
-        z = p[[problem.places[name] for name in problem.unknowns]] / problem.units
-        return replace(problem.gait(z, 0.0), origin=Origin(problem))
-
-    @cached_property
-    def units(self) -> tuple[str, str]:
-        """Of the two parameters."""
-        first = TARGETS[self.p1].split(",")[0] if self.p1 in TARGETS else unit_and_words(self.p1)[0]
-        return first, self.route.unit
-
-    def is_inside(self, line: Stretch, y: Floats) -> bool:
-        """Whether the first parameter is in its range."""
-        low, high = self.ranges[0]
-        return low <= self.first(line, y) <= high
-
-
-@dataclass(frozen=True)
-class Corner:
-    """A point of a boundary at which something else happens as well.
-
-    Attributes
-    ----------
-    kind
-        ``"cusp"``, where a line of folds turns back; ``"fold"``, where another line does; or what else is special.
-    values
-        Of the two parameters.
-    leg, words
-        Whose it is, and what it means.
-    after
-        Number of the point of the boundary after which it comes.
-    gait
-        The gait there, or the solution that is none.
-    """
-
-    kind: str
-    values: tuple[float, float]
-    leg: str
-    words: str
-    after: int
-    gait: Gait = field(repr=False, compare=False)
-
-
-@dataclass(frozen=True)
-class Boundary:
-    """A curve of special points in two parameters.
-
-    Attributes
-    ----------
-    kind
-        What is special, as ``"fold"``; or the measure that has one value.
-    leg
-        Whose it is; empty where it is no leg's.
-    parameters, units
-        The two.
-    values
-        ``(N, 2)``: of the two, along the curve.
-    special
-        Points at which something else happens as well: cusps, other multipliers on the unit circle, idle legs.
-    ending, beginning
-        Why the curve ends, and begins; None if it goes one way only, or is closed.
-    """
-
-    kind: str
-    leg: str
-    parameters: tuple[str, str]
-    units: tuple[str, str]
-    values: Floats
-    special: tuple[Corner, ...]
-    ending: Ending
-    beginning: Ending | None
-    plane: Plane = field(repr=False)
-    points: tuple[tuple[Stretch, Point], ...] = field(repr=False)
-
-    def __len__(self) -> int:
-        """Return the number of points."""
-        return len(self.values)
-
-    def __repr__(self) -> str:
-        """Say in a line which boundary this is."""
-        what = f"{self.kind} ({self.leg})" if self.leg else self.kind
-        return f"Boundary({what!r}, {self.parameters}, {len(self)} points, {len(self.special)} special)"
-
-    @cached_property
-    def gaits(self) -> tuple[Gait, ...]:
-        """The points in the form of gaits, valid or not; each can be followed."""
-        return tuple(self.plane.gait_of(line, point.y) for line, point in self.points)
 
 
 def boundary(
@@ -208,6 +45,8 @@ def boundary(
     level: str | None = None,
     within: Sequence[Sequence[float]] | None = None,
     most_points: int = MOST_POINTS,
+    store: PathLike | None = None,
+    progress: bool = False,
 ) -> Boundary:
     """Follow what is special in two parameters: the line of folds, of idle legs, of stability lost; or a level line.
 
@@ -225,6 +64,11 @@ def boundary(
         Two ranges, low and high of each parameter, that are not left.
     most_points
         Points after which to stop, each way.
+    store
+        File, .nc, in which the boundary is kept while it is followed, and at the end: a run that was stopped goes on
+        from there, and one that was finished is read.
+    progress
+        Whether to show a progress bar.
 
     Raises
     ------
@@ -245,12 +89,21 @@ def boundary(
     for name in (p1, p2):
         checked(gait, name)
     # What laws tie others to cannot be let go.
-    swapped = p1 in TIED
+    turned = p1 in TIED
     if p1 == p2 or (p1 in TIED and p2 in TIED):
         raise ValueError(f"p1 = {shown(p1)}, p2 = {shown(p2)}: must be two parameters, one of them tied to no other")
-    plane = Plane(gait, p2, p1, ranges[::-1]) if swapped else Plane(gait, p1, p2, ranges)
-    found = _followed(plane, special, level, most)
-    return _swapped(found) if swapped else found
+    plane = Plane(gait, p2, p1, ranges[::-1]) if turned else Plane(gait, p1, p2, ranges)
+    leg = special.leg if isinstance(special, Special) else ""
+    kind = special.kind if isinstance(special, Special) else level
+    shelf = Shelf(store, json.dumps([plane.as_json(), kind, leg, most]), _lines(plane, special, level))
+    finished, kept = shelf.begin()
+    if finished is not None:
+        return boundary_from(finished, str(store))
+    found = _followed(plane, special, level, most, shelf, kept, progress)
+    found = swapped(found) if turned else found
+    if store is not None:
+        save_netcdf(found.to_dataset().assign_attrs(request=shelf.request), store)
+    return found
 
 
 def _ranges(within: Sequence[Sequence[float]] | None) -> tuple[Range, Range]:
@@ -265,13 +118,6 @@ def _ranges(within: Sequence[Sequence[float]] | None) -> tuple[Range, Range]:
     return (a, b), (c, d)
 
 
-def _swapped(found: Boundary) -> Boundary:
-    """Return a boundary with its parameters in the other order."""
-    special = tuple(replace(one, values=one.values[::-1]) for one in found.special)
-    names, units = found.parameters[::-1], found.units[::-1]
-    return replace(found, parameters=names, units=units, values=found.values[:, ::-1].copy(), special=special)
-
-
 def _condition(plane: Plane, special: Special | Gait, level: str | None) -> Condition:
     """Return what is zero all along."""
     if isinstance(special, Special):
@@ -283,19 +129,44 @@ def _condition(plane: Plane, special: Special | Gait, level: str | None) -> Cond
     return of_level(level, float(BY_NAME[level].of(special)), plane.gait_of)
 
 
-def _followed(plane: Plane, special: Special | Gait, level: str | None, most: int) -> Boundary:
-    """Follow a boundary both ways."""
-    route, own = plane.route, special.kind if isinstance(special, Special) else None
+def _lines(plane: Plane, special: Special | Gait, level: str | None) -> Callable[[Range], Line]:
+    """Return what makes a part of the boundary, in a region of the route."""
     condition = _condition(plane, special, level)
+    one_sided = isinstance(special, Special) and special.kind in ONE_SIDED
 
-    def line(route: Route, region: Range) -> Line:
-        made = Line(route, region, condition=condition, target=plane.target, one_sided=own in ONE_SIDED)
+    def line(region: Range) -> Line:
+        made = Line(plane.route, region, condition=condition, target=plane.target, one_sided=one_sided)
         made.is_inside = partial(plane.is_inside, made)
         return made
 
+    return line
+
+
+def _followed(
+    plane: Plane,
+    special: Special | Gait,
+    level: str | None,
+    most: int,
+    shelf: Shelf,
+    kept: list[Trace],
+    progress: bool,
+) -> Boundary:
+    """Follow a boundary both ways."""
+    route, own = plane.route, special.kind if isinstance(special, Special) else None
     ends, near = {1.0: route.high, -1.0: route.low}, 1e-12 * route.scale
     ways = [way for way in ends if way * (ends[way] - route.start) > near]
-    traces = [Tracer(route, most, stretch=line, longest=LONGEST).trace(plane.start, way) for way in ways]
+    with progress_bar("following", 2 * most, show=progress) as tick:
+
+        def note(stretches: list[Stretch]) -> None:
+            tick(1)
+            shelf.note(stretches)
+
+        def tracer() -> Tracer:
+            made = Tracer(route, most, stretch=lambda _, region: shelf.stretch(region), note=note)
+            made.longest, made.corners = LONGEST, CORNERS
+            return made
+
+        traces = shelf.traced(ways, tracer, plane.start, kept)
     traces = [_trimmed(plane, trace) for trace in traces]
     back = traces[1] if len(traces) > 1 and traces[0].stop is not Stop.CLOSED else None
     whole = traces[0] if back is None else two_ways(back, traces[0])
@@ -362,6 +233,7 @@ def _corners(plane: Plane, stretch: Stretch, before: int, own: Kind | None, leg:
             whose,
             words,
             before + row,
+            point.y,
             plane.gait_of(stretch, point.y),
         )
         for kind, whose, words, point, row in found

@@ -3,7 +3,7 @@
 import json
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
@@ -43,11 +43,11 @@ def to_dataset(curve: Continuation, measures: Sequence[str] = ()) -> xr.Dataset:
         "reason": ("point", np.array(curve.reasons, dtype=object), {"long_name": "why it is none"}),
         "stable": ("point", curve.stable, {"long_name": "whether all multipliers are below 1"}),
         "max_multiplier": ("point", _largest(curve.multipliers), BY_NAME["max_multiplier"].attributes),
-        "special_kind": ("special", _words(one.kind for one in curve.special), {"long_name": "what is special"}),
+        "special_kind": ("special", words(one.kind for one in curve.special), {"long_name": "what is special"}),
         "special_value": ("special", [one.value for one in curve.special], {"units": curve.unit}),
         "special_after": ("special", [one.after for one in curve.special], {"long_name": "number of the point before"}),
-        "special_leg": ("special", _words(one.leg for one in curve.special), {"long_name": "whose it is"}),
-        "special_words": ("special", _words(one.words for one in curve.special), {"long_name": "what it means"}),
+        "special_leg": ("special", words(one.leg for one in curve.special), {"long_name": "whose it is"}),
+        "special_words": ("special", words(one.words for one in curve.special), {"long_name": "what it means"}),
     }
     for name in known:
         variables[name] = ("point", p[:, PLACES[name]], BY_NAME[name].attributes)
@@ -76,7 +76,8 @@ def _largest(values: Any) -> Any:
     return np.max(np.abs(values), axis=1, initial=0.0)
 
 
-def _words(some: Any) -> Any:
+def words(some: Iterable[object]) -> Any:
+    """Return texts as an array."""
     return np.array([str(one) for one in some], dtype=object)
 
 
@@ -91,17 +92,19 @@ def _about(curve: Continuation) -> dict[str, Any]:
         "references": gait.animal.source,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
         "request": request_as_json(curve.request),
-        "ending": _as_json(curve.ending),
-        "beginning": _as_json(curve.beginning),
+        "ending": ending_as_json(curve.ending),
+        "beginning": ending_as_json(curve.beginning),
         "finished": 1,
     }
 
 
-def _as_json(ending: Ending | None) -> str:
+def ending_as_json(ending: Ending | None) -> str:
+    """Return why a curve ends."""
     return json.dumps(None if ending is None else [ending.reason, ending.value, ending.leg, ending.words])
 
 
-def _ending_from(text: str) -> Ending | None:
+def ending_from(text: str) -> Ending | None:
+    """Return why a curve ends."""
     kept = json.loads(text)
     return None if kept is None else Ending(Reason(kept[0]), *kept[1:])
 
@@ -183,9 +186,9 @@ def curve_from(dataset: xr.Dataset, path: PathLike) -> Continuation:
         raise ValueError(f"{path}: must hold a curve of gaits that was followed to its end")
     request = request_from_json(dataset.attrs["request"])
     stretches = stretches_of(dataset, partial(Stretch, request.route), 0)
-    ending = _ending_from(dataset.attrs["ending"])
+    ending = ending_from(dataset.attrs["ending"])
     assert ending is not None
-    return described(request, Trace(stretches, Stop.EDGE), _ending_from(dataset.attrs["beginning"]), ending)
+    return described(request, Trace(stretches, Stop.EDGE), ending_from(dataset.attrs["beginning"]), ending)
 
 
 @dataclass

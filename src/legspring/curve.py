@@ -21,25 +21,27 @@ from legspring.layout import TIGHT
 from legspring.returnmap import seen_at, signs, state_names
 from legspring.route import Piece, Route
 
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.02, 0.1, 1e-11
+FIRST_STEP, LONGEST_STEP, SHORTEST_STEP = 0.02, 0.1, 1e-10
 """Steps along a curve, in units of the unknowns (speed in units of v_des, angles in rad) and of the route's scale."""
 NO_ANIMAL_STEP = 1e-3
 """Step below which a curve is left where there is no animal any more."""
 MOST_CORRECTIONS = 6
-STRAIGHT = 0.95
-"""Least cosine between the tangents at two ends of a step."""
+STRAIGHT, CORNER = 0.95, 0.5
+"""Least cosine between the tangents at two ends of a step; and of one so short that there is a corner."""
 TURNED = 0.15
 """Angle between them, rad, that steps are made for."""
-OFF = 0.3
-"""Largest correction, in units of the step: what is further off is another curve."""
+OFF, OFF_CORNER = 0.3, 1.5
+"""Largest correction, in units of the step: what is further off is another curve; and where there is a corner."""
 SOLVED = 2e-11
-"""Largest residual of a point."""
+"""Residual after which one more of Newton's steps leaves nothing, as each squares what is left."""
 CLOSED = 1e-7
 """Distance from the first point at which a curve is closed."""
 SAME_PLACE = 1e-5
 """How far a point may move when its place is made exact."""
 HALVINGS, ASIDE = 7, 0.02
 """Halvings of a step of a curve in which another one crosses, and how far from there points are well known."""
+LEVEL = 1e-7
+"""Part of a tangent along the route that is none."""
 CROWDED = 1e-5
 """Distance from the last point of a curve within which there are no others."""
 
@@ -90,6 +92,11 @@ class Loaded:
         self.base, self.along, self.at_end, self.at_start, self.given = piece.unpacked(self.numbers)
         self.d_base, self.d_along, self.d_at_end, self.d_at_start, self.d_given = piece.unpacked(self.rates)
         self.rows, self.moved, self.turns = task.rows, task.columns, np.where(task.turns > 0.0, task.turns, math.inf)
+        self.has_turns = bool(task.turns.any())
+        # Where in the vector of all numbers at_end and at_start are.
+        (_, _, (first, _), (last, _), _) = piece.cuts
+        self.conditions_move = bool(np.any((piece.moving >= first.start) & (piece.moving < last.stop)))
+        self.fixed: tuple[Floats, Floats] | None = None
         self.names = state_names(system, self.point(z, place))
         unknowns, own = self.problem.unknowns, system.along(self.names)
         self.columns: list[int] = []
@@ -104,6 +111,8 @@ class Loaded:
             else:
                 self.columns.append(n + 1 + len(extra))
                 extra.append(way)
+        self.known = [number for number, _ in self.units]
+        self.known_rows, self.known_places = [self.columns[n] for n in self.known], [place for _, place in self.units]
         self.seen_at = [seen_at(system, name) for name in self.names]
         self.signs = signs(system, self.names)[:, None]
         self.ways = np.vstack([self.along, self.base[None], *extra])
@@ -126,17 +135,20 @@ class Loaded:
         seen = ends.seen[0]
         # What is not used may be infinite, or unknown.
         rows, columns = self.rows, self.moved
-        known, at_end, at_start = seen[rows], self.at_end[:, rows], self.at_start[:, columns]
+        if self.fixed is None or self.conditions_move:
+            self.fixed = self.at_end[:, rows], self.at_start[:, columns]
+        known, (at_end, at_start) = seen[rows], self.fixed
         values = at_end @ known[:, 0] + at_start @ p[columns] - self.given
-        whole = np.round(values / self.turns)
-        if whole.any():
+        if self.has_turns and (whole := np.round(values / self.turns)).any():
             values -= whole * np.where(whole == 0.0, 0.0, self.turns)
         by = at_end @ known[:, 1 : n + 2] + at_start @ ways[: n + 1, columns].T
-        further = self.d_at_end[:, rows] @ known[:, 0] + self.d_at_start[:, columns] @ p[columns] - self.d_given
-        by[:, n] += further * self.scale
+        if self.conditions_move:
+            further = self.d_at_end[:, rows] @ known[:, 0] + self.d_at_start[:, columns] @ p[columns]
+            by[:, n] += further * self.scale
+        by[:, n] -= self.d_given * self.scale
         jacobian = seen[self.seen_at][:, 1:][:, self.columns] * self.signs
-        for number, row in self.units:
-            jacobian[:, number] /= ways[self.columns[number], row]
+        if self.units:
+            jacobian[:, self.known] /= ways[self.known_rows, self.known_places]
         return Look(values, by, jacobian)
 
 
@@ -268,8 +280,10 @@ class Tracer:
         How points are found: by what a problem of gaits says, or another one.
     note
         Called with what there is of the curve after each point.
-    step
-        Size of the next step.
+    step, longest
+        Size of the next step, and of the longest one.
+    corners
+        Size of a step below which a curve may have corners: curves of gaits have none but the route's kinks.
     """
 
     route: Route
@@ -278,6 +292,7 @@ class Tracer:
     note: Callable[[list[Stretch]], None] = lambda _: None
     step: float = FIRST_STEP
     longest: float = LONGEST_STEP
+    corners: float = 0.0
 
     def trace(self, z: Floats, way: float, begun: Sequence[Stretch] = ()) -> Trace:
         """Trace from unknowns at the route's start, the place growing at first (``way`` 1) or falling (-1).
@@ -331,7 +346,7 @@ class Tracer:
     def _run(self, stretches: list[Stretch]) -> tuple[Stop, str]:
         """Trace through the last stretch."""
         stretch, origin = stretches[-1], stretches[0].points[0]
-        points, before = stretch.points, sum(len(one.points) for one in stretches[:-1])
+        failed, points, before = False, stretch.points, sum(len(one.points) for one in stretches[:-1])
         while before + len(points) < self.most:
             last = points[-1]
             if self.step < SHORTEST_STEP:
@@ -345,7 +360,7 @@ class Tracer:
                     return Stop.NO_ANIMAL, str(error)
                 found = None
             if found is None:
-                self.step *= 0.5
+                self.step, failed = 0.35 * self.step, True
                 continue
             end = self._crossed(stretch, last, found)
             if end is not None:
@@ -358,22 +373,26 @@ class Tracer:
             if not stretch.inside(found.y):
                 return Stop.OUT_OF_RANGE, ""
             turned = math.acos(min(1.0, float(last.tangent @ found.tangent)))
-            self.step = min(self.step * min(2.0, max(0.5, TURNED / max(turned, 1e-3))), self.longest)
+            # What was too long once is so still: where a curve ends, no time is lost with that.
+            most = 0.9 if failed else 2.0
+            self.step, failed = min(self.step * min(most, max(0.5, TURNED / max(turned, 1e-3))), self.longest), False
             self.note(stretches)
         return Stop.ENOUGH, ""
 
     def _next(self, stretch: Stretch, last: Point, step: float) -> Point | None:
         """Return the point a step further on; None if it is not clearly of the same curve."""
-        guess = last.y + step * last.tangent
+        guess = ahead_of(stretch.points, step)
         found = stretch.corrected(guess, last.tangent, last.tangent)
-        if found is None or np.linalg.norm(found.y - guess) > OFF * step:
+        if found is None:
             return None
-        return found if last.tangent @ found.tangent > STRAIGHT else None
+        straight, off = (STRAIGHT, OFF) if step > self.corners else (CORNER, OFF_CORNER)
+        is_far = np.linalg.norm(found.y - guess) > off * step
+        return None if is_far or last.tangent @ found.tangent < straight else found
 
     def _crossed(self, stretch: Stretch, last: Point, found: Point) -> Point | None:
         """Return the point between two at which a curve comes to an end of its region first, if it does."""
         pieces = [last, found]
-        if last.tangent[-1] * found.tangent[-1] < 0.0:
+        if turns_back(last, found):
             fold = at_zero(stretch, last, found, lambda point: float(point.tangent[-1]))
             pieces = [last, fold, found] if fold is not None else pieces
         for first, second in pairwise(pieces):
@@ -402,6 +421,29 @@ class Tracer:
             return False
         here = stretch.corrected(last.y + way, chord / size, last.tangent)
         return here is not None and bool(np.max(np.abs(here.y - last.y - way)) < CLOSED)
+
+
+def ahead_of(points: Sequence[Point], step: float) -> Floats:
+    """Return where a curve is expected a step further on: on the cubic through its last two points, along tangents."""
+    last = points[-1]
+    straight: Floats = last.y + step * last.tangent
+    if len(points) < 2:
+        return straight
+    before = points[-2]
+    size = float(np.linalg.norm(last.y - before.y))
+    if not size > 0.3 * step:
+        return straight
+    # Its second and third derivative, by the length of the chord, at the last point.
+    slope = (last.y - before.y) / size
+    second = (2.0 * before.tangent + 4.0 * last.tangent - 6.0 * slope) / size
+    third = (6.0 * before.tangent + 6.0 * last.tangent - 12.0 * slope) / size**2
+    return straight + step**2 * second / 2.0 + step**3 * third / 6.0
+
+
+def turns_back(first: Point, second: Point) -> bool:
+    """Whether the place grows at one of two points and falls at the other, by more than rounding."""
+    ahead, back = first.tangent[-1], second.tangent[-1]
+    return bool(ahead * back < 0.0 and max(abs(ahead), abs(back)) > LEVEL)
 
 
 def thin_out(points: list[Point]) -> None:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.curve import Point, Stretch, at_crossing, at_zero
+from legspring.curve import Point, Stretch, at_crossing, at_zero, turns_back
 from legspring.kernel.walker import Floats
 
 
@@ -99,7 +99,7 @@ def from_circle(values: NDArray[np.complex128]) -> float:
 def find_folds(stretch: Stretch) -> Iterator[Landmark]:
     """Find where the place ceases to grow, or to fall."""
     for row, (first, second) in enumerate(pairwise(stretch.points)):
-        if first.tangent[-1] * second.tangent[-1] < 0.0:
+        if turns_back(first, second):
             point = at_zero(stretch, first, second, lambda one: float(one.tangent[-1]))
             if point is not None:
                 yield Landmark(Kind.FOLD, "", WORDS[Kind.FOLD], point, stretch, row)

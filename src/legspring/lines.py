@@ -24,6 +24,8 @@ from legspring.problem import GaitProblem
 
 APART = 1e-6
 """Distance of points, in units of the unknowns, whose difference is a derivative."""
+CLOSE_BY = 1e-4
+"""Distance within which they are the same."""
 JUMP = 1e-2
 """Difference in such a distance that is a jump."""
 MARGINS = (1e-3, 1e-5, 1e-7, 1e-8)
@@ -64,6 +66,8 @@ class Line(Stretch):
         How far from zero it stays then.
     is_inside
         Whether a point is in the range that is not left.
+    near
+        Where the derivatives of the condition were measured last, and what they are.
     """
 
     condition: Condition = field(default=lambda _, __: 0.0)
@@ -71,6 +75,7 @@ class Line(Stretch):
     one_sided: bool = False
     margin: float = 0.0
     is_inside: Callable[[Floats], bool] = lambda _: True
+    near: tuple[Floats, Floats] | None = None
 
     def unknowns(self, y: Floats) -> Floats:
         """Return the unknowns of the problem at a point."""
@@ -85,7 +90,17 @@ class Line(Stretch):
         here = self.without(y)
         if here is None:
             return None
-        value, rates = self.condition(self, Point(y, y, here)), np.zeros(len(y))
+        value = self.condition(self, Point(y, y, here))
+        if self.near is None or np.max(np.abs(self.near[0] - y)) > CLOSE_BY:
+            rates = self.measured(y, value)
+            if rates is None:
+                return None
+            self.near = (y.copy(), rates)
+        return Look(np.append(here.values, value - self.margin), np.vstack([here.by, self.near[1]]), here.map)
+
+    def measured(self, y: Floats, value: float) -> Floats | None:
+        """Return the derivatives of what is special, as differences; None where it jumps on both sides."""
+        rates = np.zeros(len(y))
         for n in range(len(y)):
             steps = []
             for side in (APART, -APART):
@@ -98,7 +113,7 @@ class Line(Stretch):
             if not known:
                 return None
             rates[n] = sum(known) / len(known)
-        return Look(np.append(here.values, value - self.margin), np.vstack([here.by, rates]), here.map)
+        return rates
 
     def without(self, y: Floats) -> Look | None:
         """Look at all conditions but the one that is special."""
@@ -112,6 +127,14 @@ class Line(Stretch):
 
     def corrected(self, guess: Floats, normal: Floats, ahead: Floats) -> Point | None:
         """Return the point of the curve in the plane through a guess; where there is one side only, from there."""
+        found = self._corrected(guess, normal, ahead)
+        if found is None and self.near is not None:
+            # Derivatives from close by may not be close enough.
+            self.near = None
+            found = self._corrected(guess, normal, ahead)
+        return found
+
+    def _corrected(self, guess: Floats, normal: Floats, ahead: Floats) -> Point | None:
         found = None
         for margin in MARGINS if self.one_sided else (0.0,):
             self.margin = margin

@@ -26,9 +26,9 @@ from legspring.solve import Origin
 DEGREES = (2, 8, 16, 32)
 SMOOTH = 1e-12
 """Difference between polynomial and problem, by the largest value, that is none."""
-BETWEEN = (-0.83, 0.31, 0.89)
+BETWEEN = 0.87
 """Where, within a piece, it is looked at."""
-WIDEST = 0.5
+WIDEST = 1.0
 """Largest width of a piece, in units of the route's scale."""
 INWARDS = 1e-6
 """How far from the end of a piece, by its width, there has to be an animal for there to be one up to the end."""
@@ -96,25 +96,28 @@ def piece_of(problem_at: Callable[[float], GaitProblem], low: float, high: float
     ValueError
         If the problem is not smooth in between.
     """
-
-    def numbers(place: float) -> Floats:
-        return np.concatenate([array.ravel() for array in arrays_of(problem_at(place))])
-
+    known: dict[float, GaitProblem] = {}
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
+
+    def numbers(x: float) -> Floats:
+        known.setdefault(x, problem_at(middle + half * x))
+        return np.concatenate([array.ravel() for array in arrays_of(known[x])])
+
     for degree in DEGREES:
-        # Not the ends, where there may be kinks or something may be conserved.
+        # Not the ends, where there may be kinks or something may be conserved; but the middle.
         nodes = np.polynomial.chebyshev.chebpts1(degree + 1)
-        values = np.array([numbers(middle + half * x) for x in nodes])
+        nodes[degree // 2] = 0.0
+        values = np.array([numbers(float(x)) for x in nodes])
         moving = np.flatnonzero(np.any(values != values[0], axis=0))
         coefficients = np.polynomial.chebyshev.chebfit(nodes, values[:, moving], degree)
         size = np.max(np.abs(values[:, moving]), axis=0, initial=0.0)
-        left = [np.polynomial.chebyshev.chebval(x, coefficients) - numbers(middle + half * x)[moving] for x in BETWEEN]
+        left = np.polynomial.chebyshev.chebval(BETWEEN, coefficients) - numbers(BETWEEN)[moving]
         if np.all(np.abs(left) <= SMOOTH * size):
             factors = np.zeros((degree + 1, len(moving)))
             for column, row in enumerate(coefficients.T):
                 powers = np.polynomial.chebyshev.cheb2poly(row)
                 factors[: len(powers), column] = powers
-            return Piece(low, high, problem_at(middle), values[0], moving, factors)
+            return Piece(low, high, known[0.0], values[0], moving, factors)
     raise ValueError(f"route: must be smooth between {low:g} and {high:g}")
 
 

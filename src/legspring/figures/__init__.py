@@ -9,6 +9,7 @@ from legspring.drawing.film import Film, animate
 from legspring.drawing.style import save_figure
 from legspring.figures.animals import draw_animal, draw_animals
 from legspring.figures.bifurcations import draw_bifurcations
+from legspring.figures.boundaries import draw_boundaries
 from legspring.figures.footfalls import draw_footfalls
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
@@ -21,6 +22,7 @@ __all__ = [
     "draw_animals",
     "draw_atlas",
     "draw_bifurcations",
+    "draw_boundaries",
     "draw_energy",
     "draw_footfalls",
     "draw_gait",
