@@ -1,9 +1,8 @@
 """Other curves that leave a special point of a curve of gaits."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 
@@ -13,10 +12,10 @@ from legspring.gait import Gait
 from legspring.kernel.events import WINDOW
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind
-from legspring.layout import System
+from legspring.layout import TIGHT, System
 from legspring.problem import GaitProblem
 from legspring.route import Route
-from legspring.solve import gait_near
+from legspring.solve import GOAL, gait_near, solve
 
 AMOUNTS = (0.02, 0.05, 0.01, 0.1, 0.003)
 """How far from a special point other curves are looked for, in units of the unknowns."""
@@ -61,7 +60,7 @@ def crossing(special: Special, twin: Callable[[GaitProblem], GaitProblem]) -> li
     There the conditions have two tangents: that of the curve, and another one.
     """
     route = special._route
-    other = replace(route, problem_at=lambda place: twin(route.problem_at(place)))
+    other = replace(route, problem_at=lambda place: twin(route.problem_at(place)), pieces={})
     stretch = Stretch(other, special._stretch.region)
     y, beside = (seen_in(other, gait, place) for gait, place in _here_and_beside(special))
     look = stretch.look(y)
@@ -92,12 +91,19 @@ def seen_in(route: Route, gait: Gait, place: float) -> Floats:
     return np.append(route.problem_at(place).z_of(gait), place / route.scale)
 
 
-def other_families(special: Special) -> list[Gait]:
+def other_families(special: Special, known: Sequence[str] | None = None) -> list[Gait]:
     """Return gaits in which the leg that does nothing pulls where it pushed, or the other way round.
 
     Where the stance of a leg shrinks to the ignored window, its gap is zero at both ends of that. So it is for the leg
     that is actuated the other way and whose phase at the end of the window is that of this one at its beginning,
     mirrored: pi - phase - pi/50.
+
+    Parameters
+    ----------
+    special
+        Where a leg does nothing.
+    known
+        Families that count; by default all.
     """
     route, gait = special._route, special.gait
     system = gait.system
@@ -107,25 +113,26 @@ def other_families(special: Special) -> list[Gait]:
     pair = system.animal.pair_of[legs.index(special.leg)]
     turned = -gait.phase[pair] + math.pi - math.pi * WINDOW
     label = family_with(system, pair)
-    if label is None or f"{system.animal.pairs[pair]}.phase" not in route.problem_at(special.value).free:
+    if label is None or (known is not None and label not in known):
         return []
-    for aside, shift in product(both_ways(ASIDE), both_ways(SHIFTS)):
+    if f"{system.animal.pairs[pair]}.phase" not in route.problem_at(special.value).free:
+        return []
+    for aside in both_ways(ASIDE):
         place = special.value + aside * route.scale
         if not route.low <= place <= route.high:
             continue
         problem = of_family(route.problem_at(place), label)
-        phase = tuple(turned + shift if n == pair else angle for n, angle in enumerate(gait.phase))
+        phase = tuple(turned if n == pair else angle for n, angle in enumerate(gait.phase))
         guess = problem.z_of(replace(gait, animal=problem.system.animal, family=label, phase=phase))
-        one = gait_near(problem, guess)
-        # Beyond the window its stance is another one, which has nothing to do with this.
-        if one is not None and close(problem, one, guess) and WINDOW <= one.liftoff[pair] < LONGEST:
-            return [one]
+        guesses = np.repeat(guess[None], 2 * len(SHIFTS) - 1, axis=0)
+        guesses[:, problem.unknowns.index(f"{system.animal.pairs[pair]}.phase")] += both_ways(SHIFTS)
+        found = solve(problem, guesses, TIGHT, GOAL)
+        for z in found.z[found.residuals < 100.0 * GOAL]:
+            one = gait_near(problem, z) if np.max(np.abs(problem.wrapped(z - guess))) < NEAR else None
+            # Beyond the window its stance is another one, which has nothing to do with this.
+            if one is not None and WINDOW <= one.liftoff[pair] < LONGEST:
+                return [one]
     return []
-
-
-def close(problem: GaitProblem, gait: Gait, guess: Floats) -> bool:
-    """Whether a gait is what was looked for."""
-    return bool(np.max(np.abs(problem.wrapped(problem.z_of(gait) - guess))) < NEAR)
 
 
 def both_ways(amounts: tuple[float, ...]) -> list[float]:

@@ -40,6 +40,8 @@ SAME_PLACE = 1e-5
 """How far a point may move when its place is made exact."""
 HALVINGS, ASIDE = 7, 0.02
 """Halvings of a step of a curve in which another one crosses, and how far from there points are well known."""
+STEEP = 0.2
+"""Part of a chord along the route from which on the place says well where a point is."""
 LEVEL = 1e-7
 """Part of a tangent along the route that is none."""
 CROWDED = 1e-5
@@ -164,12 +166,15 @@ class Stretch:
         In order.
     known
         Pieces of the route that are ready to be evaluated.
+    looks
+        How often the conditions were looked at.
     """
 
     route: Route
     region: tuple[float, float]
     points: list[Point] = field(default_factory=list)
     known: dict[tuple[float, float], Loaded] = field(default_factory=dict)
+    looks: int = 0
 
     def loaded(self, y: Floats) -> Loaded:
         """Return the piece of the route where a point is, ready to be evaluated."""
@@ -182,6 +187,7 @@ class Stretch:
 
     def look(self, y: Floats) -> Look | None:
         """Look at the conditions at a point; None where a step cannot be simulated."""
+        self.looks += 1
         return self.loaded(y)(self.unknowns(y), self.route.place(y))
 
     def unknowns(self, y: Floats) -> Floats:
@@ -239,10 +245,7 @@ class Stretch:
         if share in (0.0, 1.0):
             return last if share else first
         chord = last.y - first.y
-        size = float(np.linalg.norm(chord))
-        h00, h10 = (1.0 + 2.0 * share) * (1.0 - share) ** 2, share * (1.0 - share) ** 2
-        h01, h11 = share**2 * (3.0 - 2.0 * share), share**2 * (share - 1.0)
-        guess = h00 * first.y + h01 * last.y + size * (h10 * first.tangent + h11 * last.tangent)
+        size, guess = float(np.linalg.norm(chord)), cubic_between(first, last, share)
         return self.corrected(guess, chord / size, (1.0 - share) * first.tangent + share * last.tangent)
 
 
@@ -280,8 +283,8 @@ class Tracer:
         How points are found: by what a problem of gaits says, or another one.
     note
         Called with what there is of the curve after each point.
-    step, longest
-        Size of the next step, and of the longest one.
+    step, longest, shortest
+        Size of the next step, of the longest one, and of that below which a curve has come to its end.
     corners
         Size of a step below which a curve may have corners: curves of gaits have none but the route's kinks.
     """
@@ -292,6 +295,7 @@ class Tracer:
     note: Callable[[list[Stretch]], None] = lambda _: None
     step: float = FIRST_STEP
     longest: float = LONGEST_STEP
+    shortest: float = SHORTEST_STEP
     corners: float = 0.0
 
     def trace(self, z: Floats, way: float, begun: Sequence[Stretch] = ()) -> Trace:
@@ -349,7 +353,7 @@ class Tracer:
         failed, points, before = False, stretch.points, sum(len(one.points) for one in stretches[:-1])
         while before + len(points) < self.most:
             last = points[-1]
-            if self.step < SHORTEST_STEP:
+            if self.step < self.shortest:
                 thin_out(points)
                 return Stop.LOST, ""
             try:
@@ -457,15 +461,41 @@ def at_place(stretch: Stretch, first: Point, second: Point, bound: float) -> Poi
     """Return the point between two where the place, by its scale, is a given one; None if it cannot be found."""
     if bound in (first.y[-1], second.y[-1]):
         return first if first.y[-1] == bound else second
+    size, across = float(np.linalg.norm(second.y - first.y)), np.append(np.zeros(len(first.y) - 1), 1.0)
+    guess = cubic_between(first, second, share_at(first, second, bound))
+    guess[-1] = bound
+    steep = abs(second.y[-1] - first.y[-1]) > STEEP * size
+    found = stretch.corrected(guess, across, first.tangent + second.tangent) if steep else None
+    if found is not None and np.linalg.norm(found.y - guess) < OFF * size:
+        return found
     # Along the curve: next to a fold the place says little of where a point is.
     near = at_zero(stretch, first, second, lambda point: float(point.y[-1]) - bound)
     if near is None:
         return None
-    guess, across = near.y.copy(), np.zeros(len(near.y))
-    guess[-1], across[-1] = bound, 1.0
+    guess = np.append(near.y[:-1], bound)
     exact = stretch.corrected(guess, across, near.tangent)
     is_it = exact is not None and np.linalg.norm(exact.y - near.y) < SAME_PLACE
     return exact if is_it else Point(guess, near.tangent, near.look)
+
+
+def cubic_between(first: Point, second: Point, share: float) -> Floats:
+    """Return where a curve is expected between two of its points: on the cubic along their tangents."""
+    size = float(np.linalg.norm(second.y - first.y))
+    h00, h10 = (1.0 + 2.0 * share) * (1.0 - share) ** 2, share * (1.0 - share) ** 2
+    h01, h11 = share**2 * (3.0 - 2.0 * share), share**2 * (share - 1.0)
+    y: Floats = h00 * first.y + h01 * second.y + size * (h10 * first.tangent + h11 * second.tangent)
+    return y
+
+
+def share_at(first: Point, second: Point, bound: float) -> float:
+    """Return where between two points, on that cubic, the place is a given one."""
+    low, high = 0.0, 1.0
+    rising = second.y[-1] > first.y[-1]
+    for _ in range(HALVINGS + 6):
+        middle = 0.5 * (low + high)
+        above = cubic_between(first, second, middle)[-1] > bound
+        low, high = (low, middle) if above == rising else (middle, high)
+    return 0.5 * (low + high)
 
 
 def at_zero(

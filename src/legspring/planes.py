@@ -69,7 +69,7 @@ class Plane:
         unchanged, p1 = self.unchanged, self.p1
         if self.target is not None:
             return unchanged
-        return replace(unchanged, problem_at=lambda place: let_go(unchanged.problem_at(place), p1))
+        return replace(unchanged, problem_at=lambda place: let_go(unchanged.problem_at(place), p1), pieces={})
 
     @cached_property
     def problem(self) -> GaitProblem:

@@ -130,12 +130,12 @@ class GaitProblem:
         """By how many the conditions outnumber the unknowns."""
         return len(self.conditions) - len(self.unknowns)
 
-    @property
+    @cached_property
     def _state(self) -> list[str]:
         # Where steps mirror one another the body has turned, in the step before, by twice its yaw.
         return [name for name in self.system.state if not (name == "turn" and self.system.flips)]
 
-    @property
+    @cached_property
     def _pinned(self) -> Mapping[str, str]:
         """Which coordinate of the start a target fixes."""
         own: dict[str, str] = {name: name for name in self._state}

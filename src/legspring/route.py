@@ -7,7 +7,7 @@ taken as polynomials of the place, exact to rounding, piece by piece between kin
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 
@@ -34,6 +34,7 @@ INWARDS = 1e-6
 """How far from the end of a piece, by its width, there has to be an animal for there to be one up to the end."""
 NARROWEST = 1e-9
 """How well it is known, by the scale, up to where there are animals."""
+Range = tuple[float, float]
 Subject = str | Sequence[str] | Mapping[str, float] | Animal
 
 
@@ -137,6 +138,8 @@ class Route:
         Places where the animal's laws, and with them the curve, bend.
     problem_at
         Returns the problem at a place.
+    pieces
+        What is known of it: routes that differ in their start only may share it.
     """
 
     name: str
@@ -148,10 +151,7 @@ class Route:
     high: float
     kinks: tuple[float, ...]
     problem_at: Callable[[float], GaitProblem]
-
-    @cached_property
-    def _pieces(self) -> dict[tuple[float, float], Piece]:
-        return {}
+    pieces: dict[Range, Piece] = field(default_factory=dict, compare=False, repr=False)
 
     def place(self, y: Floats) -> float:
         """Return the place of a point, of which it is the last number, by the scale."""
@@ -182,15 +182,14 @@ class Route:
         """
         width = WIDEST * self.scale
         inside = min(max(place, region[0]), region[1])
-        number = math.floor((inside - self.start) / width)
-        low = max(self.start + number * width, region[0])
-        high = min(self.start + (number + 1) * width, region[1])
+        number = math.floor(inside / width)
+        low, high = max(number * width, region[0]), min((number + 1) * width, region[1])
         if high - low < 1e-3 * width:
             # A sliver at the end of a region belongs to the piece beside it.
             low, high = (max(low - width, region[0]), high) if low > region[0] else (low, min(high + width, region[1]))
-        if (low, high) not in self._pieces:
-            self._pieces[low, high] = piece_of(self.problem_at, *self._possible(low, high, inside))
-        piece = self._pieces[low, high]
+        if (low, high) not in self.pieces:
+            self.pieces[low, high] = piece_of(self.problem_at, *self._possible(low, high, inside))
+        piece = self.pieces[low, high]
         if not piece.low <= inside <= piece.high:
             self.problem_at(inside)
         return piece
