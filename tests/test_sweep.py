@@ -9,9 +9,10 @@ import pytest
 import xarray as xr
 
 import legspring as ls
+from legspring import Animal
 from legspring.files import save_netcdf
 from legspring.measures.registry import MEASURES, OF_RECOVERIES, mapped, yaws
-from legspring.sweep import atlas
+from legspring.sweep import HEADINGS, SLOPES_DEG, atlas, find_all
 from tests.conftest import Cells
 
 
@@ -117,3 +118,40 @@ def test_what_is_let_go_is_in_the_map() -> None:
     assert [gait.freed for gait in gaits] == [{"T.angle": gait.animal.legs[0].angle} for gait in gaits]
     here = angle.sel(slope_deg=45, heading=0.15).dropna("branch").values
     np.testing.assert_allclose(here, [gait.freed["T.angle"] for gait in gaits], atol=1e-8)
+
+
+# By following ---------------------------------------------------------------------------------------------------
+
+
+def test_one_gait_leads_to_all_of_the_thesis(roach: Animal, thesis_map: Cells) -> None:
+    """A few gaits of one cell, followed along all lines of the grid, past folds and from family to family."""
+    maps = ls.atlas(roach, method="follow", impulses=(), workers=2)
+    known = maps["speed"].notnull()
+    assert int(known.sum()) == sum(map(len, thesis_map.values())) == 286
+    assert "0 gaits by search alone" in maps.attrs["search"]
+    for (slope, heading), gaits in thesis_map.items():
+        cell = maps.sel(slope_deg=slope, heading=heading)
+        assert cell["speed"].values[: len(gaits)] == pytest.approx([gait.speed for gait in gaits], rel=1e-9)
+    sheets = maps["sheet"]
+    assert bool((sheets.where(known, 0) >= 0).all()) and bool((sheets.where(~known, -1) == -1).all())
+    # The two branches of B are two sheets, which meet in folds; each is one all over the slopes.
+    steep = maps.sel(slope_deg=slice(50, 90), heading=0.2)["sheet"].values
+    first, second = ({int(sheet) for sheet in steep[:, branch] if sheet >= 0} for branch in (0, 1))
+    assert len(first) == 1 == len(second) and first != second
+
+
+@pytest.mark.parametrize("method", ["search", "follow"])
+def test_maps_over_anything_by_either_method(roach: Animal, method: str) -> None:
+    over = {"F.stiffness": [1.2, 1.5, 1.8], "slope_deg": [40.0, 50.0]}
+    maps = ls.atlas(roach, over=over, heading=0.2, method=method, impulses=(), workers=1)
+    assert int(maps["speed"].notnull().sum()) == 11
+
+
+def test_a_method_is_one_of_two(roach: Animal) -> None:
+    with pytest.raises(ValueError, match="method = 'magic': must be one of search, follow"):
+        ls.atlas(roach, method="magic")
+
+
+def test_gaits_of_the_yawing_cockroach(rigid: Animal) -> None:
+    found, _ = find_all(rigid, SLOPES_DEG, HEADINGS)
+    assert sum(map(len, found.values())) == 316

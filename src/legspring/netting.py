@@ -18,7 +18,7 @@ from legspring.footing import Reason, ending_of
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind
-from legspring.measures.sensitivity import scale_of
+from legspring.measures.sensitivity import scale_of, value_of
 from legspring.problem import GaitProblem
 from legspring.route import Route, kinks_of, with_value
 from legspring.solve import is_among
@@ -87,6 +87,15 @@ class Net:
         while self._joined[number] != number:
             number = self._joined[number]
         return number
+
+    def sheet_of(self, gait: Gait, place: Place) -> int | None:
+        """Return the number of the sheet of a gait at a place; None if it was not met."""
+        group = (gait.family, gait.contacts, gait.symmetric)
+        for knot in self._at.get((group, place), []):
+            problem = self.problems[group][place]
+            if is_among(problem, problem.z_of(gait), knot.z[None]):
+                return self.sheet(knot.sheet)
+        return None
 
     def spread(self) -> None:
         """Follow all that is known along all lines of the grid, until nothing new turns up."""
@@ -171,9 +180,7 @@ class Net:
     def _enter(self, gait: Gait, route: Route, axis: int, place: Place, group: Group) -> None:
         """Follow a gait that is at no place of the grid."""
         there = self._route(group, axis, place)
-        value = gait.slope_deg if route.name == "slope_deg" else gait.heading
-        if route.name not in ("slope_deg", "heading"):
-            value = float(gait.point[gait.system.place_of(route.name)])
+        value = value_of(gait, route.name)
         start = replace(there, start=value)
         z = start.problem_at(value).z_of(gait)
         for way, end in ((1.0, start.high), (-1.0, start.low)):

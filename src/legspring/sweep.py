@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -30,21 +30,28 @@ from legspring.layout import slope_for, unit_and_words
 from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped, measured
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.model import Animal
+from legspring.netting import Group, Net, Place
 from legspring.parallel import in_threads
 from legspring.problem import TARGETS, GaitProblem
 from legspring.progress import progress_bar
-from legspring.solve import number_branches, sort, without_doubles, zeros
-from legspring.starts import starts_for
+from legspring.solve import is_among, number_branches, sort, without_doubles, zeros
+from legspring.starts import spread, starts_for
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
 IMPULSE = {"units": "m v_des", "long_name": "sideways impulse"}
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
-STARTS, MORE_STARTS = 4, 24
-"""Starts for each family in each cell, and those where nothing is known of where gaits lie; neighbours give more."""
+STARTS, YAWING_STARTS, MORE_STARTS = 4, 8, 24
+"""Starts for each family in each cell; where the body yaws; and where nothing is known of where gaits lie.
 
+Neighbours give more.
+"""
+SEARCH, FOLLOW = "search", "follow"
+METHODS = (SEARCH, FOLLOW)
+SEEDS, SEED_STARTS = 5, 96
+"""Cells that are searched for gaits to be followed, and starts there."""
 
-Place = tuple[int, ...]
+SHEET = {"long_name": "sheet of gaits that hang together without a fold; -1: not known"}
 
 
 @dataclass(frozen=True)
@@ -96,10 +103,9 @@ class Cell:
     fresh: Floats
 
     @classmethod
-    def empty(cls, place: Place, problem: GaitProblem) -> "Cell":
-        """Return a cell of which nothing is known yet."""
-        nothing = np.zeros((0, problem.size))
-        return cls(place, problem, nothing, nothing)
+    def known(cls, place: Place, problem: GaitProblem, zeros: Floats) -> "Cell":
+        """Return a cell of which some solutions are known, or none."""
+        return cls(place, problem, zeros, zeros[:0])
 
     def search(self, starts: Floats) -> int:
         """Search from more starts; return the number of steps simulated."""
@@ -132,45 +138,125 @@ def _spread(cells: dict[Place, Cell], workers: int) -> int:
         steps += sum(in_threads(lambda task: task[0].search(task[1]), tasks, workers))
 
 
-def find_on(
-    grid: Grid, *, starts: int = STARTS, workers: int | None = None, progress: bool = False
-) -> tuple[dict[Place, tuple[Gait, ...]], dict[str, int]]:
-    """Find the gaits on a grid, by searching in every cell and continuing what is found to the neighbours.
+class Found(NamedTuple):
+    """Gaits by place, numbered; counts of starts, steps simulated and so on; and the sheet of each gait, if known."""
 
-    Returns
-    -------
-    gaits, effort
-        Gaits by place, numbered; and counts of starts, steps simulated and rejections.
+    gaits: dict[Place, tuple[Gait, ...]]
+    effort: dict[str, int]
+    sheets: dict[tuple[Place, int], int]
+
+
+def find_on(
+    grid: Grid,
+    *,
+    method: str = SEARCH,
+    starts: int | None = None,
+    workers: int | None = None,
+    progress: bool = False,
+) -> Found:
+    """Find the gaits on a grid: by searching in every cell and continuing what is found to the neighbours.
+
+    Or, first, by following a few along all lines of the grid (see `legspring.netting`); then the search looks for what
+    no curve reaches.
     """
     workers = checked_workers(workers)
+    starts = starts_for_each(grid.animal) if starts is None else starts
     effort = {"starts": 0, "steps": 0, "solutions rejected": 0}
-    found: dict[Place, list[Gait]] = {place: [] for place in grid.places}
-    problems = {family: {place: grid.problems(place, family) for place in found} for family in grid.animal.families}
-    total = 2 * sum(len(some) for each in problems.values() for some in each.values())
+    places = grid.places
+    problems = {family: {place: grid.problems(place, family) for place in places} for family in grid.animal.families}
+    groups = {key: some for each in problems.values() for key, some in by_contacts(each).items()}
+    net = Net(grid.over, groups)
+    if method == FOLLOW:
+        begin(net, grid)
+        with progress_bar("following gaits", 1, show=progress) as tick:
+            net.spread()
+            tick(1)
+        effort["steps"] += net.looks
+    total = 2 * sum(len(some) for some in groups.values())
+    gaits: dict[Group, dict[Place, list[Gait]]] = {}
     with progress_bar("searching for gaits", total, show=progress) as tick:
-        for each in problems.values():
-            of_family: dict[Place, list[Gait]] = {place: [] for place in found}
-            for some in by_contacts(each):
-                cells = {place: Cell.empty(place, problem) for place, problem in some.items()}
-                effort["starts"] += starts * len(cells)
-                points = in_threads(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
-                effort["steps"] += sum(points) + _spread(cells, workers)
-                sorted_out = in_threads(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick)
-                for cell, (gaits, rejections) in zip(cells.values(), sorted_out, strict=True):
-                    of_family[cell.place] += gaits
-                    effort["solutions rejected"] += len(rejections)
-            for place, gaits in of_family.items():
-                found[place] += without_doubles(gaits, each[place]) if len(each[place]) > 1 else gaits
-    return {place: number_branches(gaits) for place, gaits in found.items()}, effort
+        for key, some in groups.items():
+            cells = {place: Cell.known(place, problem, net.zeros(key, place)) for place, problem in some.items()}
+            effort["starts"] += starts * len(cells)
+            points = in_threads(lambda c: c.search(starts_for(c.problem, starts)), cells.values(), workers, tick)
+            effort["steps"] += sum(points) + _spread(cells, workers)
+            sorted_out = in_threads(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick)
+            gaits[key] = {place: one for place, (one, _) in zip(cells, sorted_out, strict=True)}
+            effort["solutions rejected"] += sum(len(rejections) for _, rejections in sorted_out)
+    if method == FOLLOW:
+        effort["gaits by search alone"] = follow_further(net, gaits)
+    found: dict[Place, list[Gait]] = {place: [] for place in grid.places}
+    for family, each in problems.items():
+        for place, several in each.items():
+            here = [gait for key, some in gaits.items() if key[0] == family for gait in some.get(place, [])]
+            found[place] += without_doubles(here, several) if len(several) > 1 else here
+    numbered = {place: number_branches(here) for place, here in found.items()}
+    return Found(numbered, effort, sheets_of(net, numbered) if method == FOLLOW else {})
 
 
-def by_contacts(each: Mapping[Place, Sequence[GaitProblem]]) -> list[dict[Place, GaitProblem]]:
+def follow_further(net: Net, gaits: dict[Group, dict[Place, list[Gait]]]) -> int:
+    """Follow what only the search has found, add what that leads to, and return how many there were."""
+    alone = [
+        (key, place, gait)
+        for key, some in gaits.items()
+        for place, here in some.items()
+        for gait in here
+        if net.sheet_of(gait, place) is None
+    ]
+    before = len(net.knots)
+    for key, place, gait in alone:
+        net.add(key, place, net.problems[key][place].z_of(gait))
+    own = len(net.knots)
+    net.spread()
+    for knot in net.knots[own:] if own > before else []:
+        problem, here = net.problems[knot.group][knot.place], gaits[knot.group][knot.place]
+        if not is_among(problem, knot.z, np.array([problem.z_of(gait) for gait in here]).reshape(-1, problem.size)):
+            here += sort(problem, knot.z[None])[0]
+    return len(alone)
+
+
+def begin(net: Net, grid: Grid) -> None:
+    """Search in a few cells, for as long as there are families of which nothing is known."""
+    low, high = np.zeros(len(grid.over)), np.array([len(values) - 1.0 for values in grid.over.values()])
+    seeds = [tuple(int(n) for n in np.round(point)) for point in spread(SEEDS, low, high)]
+    missing = {key[0] for key in net.problems}
+    for place in seeds:
+        for key, some in net.problems.items():
+            if key[0] not in missing:
+                continue
+            problem = some[place]
+            for gait in sort(problem, zeros(problem, starts_for(problem, SEED_STARTS))[0])[0]:
+                net.add(key, place, problem.z_of(gait))
+                missing.discard(key[0])
+
+
+def sheets_of(net: Net, found: Mapping[Place, Sequence[Gait]]) -> dict[tuple[Place, int], int]:
+    """Return the number of the sheet of each gait that was followed, counted from 0."""
+    numbers: dict[int, int] = {}
+    sheets: dict[tuple[Place, int], int] = {}
+    for place, gaits in found.items():
+        for gait in gaits:
+            number = net.sheet_of(gait, place)
+            if number is not None:
+                sheets[place, gait.branch] = numbers.setdefault(number, len(numbers))
+    return sheets
+
+
+def starts_for_each(animal: Animal) -> int:
+    """Return how many starts there are in each cell, unless somebody says."""
+    if not animal.tuned:
+        return MORE_STARTS
+    return YAWING_STARTS if animal.body.yaw == "free" else STARTS
+
+
+def by_contacts(each: Mapping[Place, Sequence[GaitProblem]]) -> dict[Group, dict[Place, GaitProblem]]:
     """Sort the problems of all places by the feet that may be down, and by whether steps mirror one another."""
-    groups: dict[tuple[object, bool], dict[Place, GaitProblem]] = {}
+    groups: dict[Group, dict[Place, GaitProblem]] = {}
     for place, some in each.items():
         for problem in some:
-            groups.setdefault((problem.system.contacts, problem.system.symmetric), {})[place] = problem
-    return list(groups.values())
+            system = problem.system
+            groups.setdefault((system.family, system.contacts, system.symmetric), {})[place] = problem
+    return groups
 
 
 def find_all(
@@ -178,14 +264,15 @@ def find_all(
     slopes_deg: Sequence[float],
     headings: Sequence[float],
     *,
-    starts: int = STARTS,
+    method: str = SEARCH,
+    starts: int | None = None,
     workers: int | None = None,
     progress: bool = False,
 ) -> tuple[dict[Place, tuple[Gait, ...]], dict[str, int]]:
     """Find the gaits over slopes and headings (see `find_on`)."""
     check_tuned(animal, "for a map over slope and heading")
     grid = Grid(animal, {"slope_deg": tuple(slopes_deg), "heading": tuple(headings)})
-    return find_on(grid, starts=starts, workers=workers, progress=progress)
+    return find_on(grid, method=method, starts=starts, workers=workers, progress=progress)[:2]
 
 
 def grid_of(
@@ -244,6 +331,7 @@ def atlas(
     free: Sequence[str] = (),
     mirrored: bool | None = None,
     impulses: Sequence[float] = IMPULSES,
+    method: str = SEARCH,
     starts: int | None = None,
     workers: int | None = None,
     progress: bool = False,
@@ -266,9 +354,13 @@ def atlas(
         What gaits are asked for everywhere (see `search_gaits`).
     impulses
         Sideways impulses to recover from, in units of m v_des; none: no recovery.
+    method
+        ``"search"``: in every cell, from some starts and from what is found in the cells around. ``"follow"``: a few
+        gaits are followed along all lines of the grid, past folds and to other families, before that; so gaits have an
+        identity across cells, their ``sheet``.
     starts
         Starts of the search for each family (and set of contacts) in each cell; by default 4 for an animal that is
-        tuned to its desired speed, else 24.
+        tuned to its desired speed, 8 if its body yaws, else 24.
     workers
         Threads; by default one a core.
     progress
@@ -287,14 +379,16 @@ def atlas(
         For a grid that does not rise, an unknown parameter, or a number out of range.
     """
     impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0)
-    starts = (STARTS if animal.tuned else MORE_STARTS) if starts is None else starts
-    starts, workers = checked_whole("starts", starts, 1, MOST_STARTS), checked_workers(workers)
+    workers = checked_workers(workers)
+    starts = checked_whole("starts", starts_for_each(animal) if starts is None else starts, 1, MOST_STARTS)
+    if method not in METHODS:
+        raise ValueError(f"method = {shown(method)}: must be one of {', '.join(METHODS)}")
     if actuation is not None:
         animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
     asked = {"slope_deg": slope_deg, "heading": heading, "speed": speed, "mean_speed": mean_speed, "energy": energy}
     asked |= {"apex_height": apex_height, "lateral_drift": lateral_drift, "mirrored": mirrored}
     grid = grid_of(animal, over, slopes_deg, headings, asked | {"free": checked_names("free", free)})
-    found, effort = find_on(grid, starts=starts, workers=workers, progress=progress)
+    found, effort, sheets = find_on(grid, method=method, starts=starts, workers=workers, progress=progress)
     gaits = [((*place, gait.branch), gait) for place, here in found.items() for gait in here]
 
     measures = (*mapped(animal), *freed(free))
@@ -313,6 +407,11 @@ def atlas(
     coords["impulse"] = ("impulse", list(impulses), IMPULSE)
     dataset = empty_map((*measures, *OF_RECOVERIES), (*grid.over, "branch"), coords)
     fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
+    if method == FOLLOW:
+        numbers = np.full([*(len(values) for values in grid.over.values()), branches], -1)
+        for (place, branch), sheet in sheets.items():
+            numbers[(*place, branch)] = sheet
+        dataset["sheet"] = ((*grid.over, "branch"), numbers, SHEET)
     say_what_is_missing(dataset, [gait for _, gait in gaits])
     for one in OF_RECOVERIES if any("energy" in gait.conserved for _, gait in gaits) else ():
         dataset[one.name].attrs["missing"] = "the animal keeps its energy, and what a push gives it"
