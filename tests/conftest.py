@@ -5,8 +5,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
+import xarray as xr
 
 from legspring import Animal, Gait, cockroach, load_animal, solve, sweep
+from legspring.peterson2011.surfaces import lines
 from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 from tests.oracle.periods import Period, largest_allowed
 
@@ -66,6 +68,12 @@ def thesis_map(roach: Animal) -> Cells:
     """All gaits over the thesis's grid, by slope (deg) and heading."""
     found, _ = find_all(roach, SLOPES_DEG, HEADINGS)
     return {(SLOPES_DEG[row], HEADINGS[column]): gaits for (row, column), gaits in found.items()}
+
+
+@pytest.fixture(scope="session")
+def family_lines(roach: Animal) -> xr.Dataset:
+    """Lines over slope and heading at which families of gaits end."""
+    return lines(roach)
 
 
 @pytest.fixture(scope="session")

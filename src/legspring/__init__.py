@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from legspring.drawing.film import animate as animate
     from legspring.flow import IntegrationError as IntegrationError
     from legspring.following import follow as follow
+    from legspring.following import follow_connected as follow_connected
     from legspring.gait import Gait as Gait
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
@@ -42,6 +43,7 @@ _HOMES = {
     "cockroach": "model",
     "find_gaits": "solve",
     "follow": "following",
+    "follow_connected": "following",
     "load_animal": "model",
     "load_boundary": "boundary_charts",
     "load_curve": "charts",

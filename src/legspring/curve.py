@@ -499,7 +499,7 @@ def share_at(first: Point, second: Point, bound: float) -> float:
 
 
 def at_zero(
-    stretch: Stretch, first: Point, second: Point, value: Callable[[Point], float], accuracy: float = 1e-13
+    stretch: Stretch, first: Point, second: Point, value: Callable[[Point], float], accuracy: float = 1e-11
 ) -> Point | None:
     """Return the point between two at which something that differs in sign is zero; None if it cannot be found."""
     from scipy.optimize import brentq
@@ -511,7 +511,10 @@ def at_zero(
         if point is None:
             raise ArithmeticError
         met[share] = point
-        return value(point)
+        found = value(point)
+        if not math.isfinite(found):
+            raise ArithmeticError
+        return found
 
     try:
         share = brentq(at, 0.0, 1.0, xtol=accuracy, rtol=1e-14)

@@ -12,15 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from legspring.curve import Point, Stop, Stretch, Trace, at_zero
-from legspring.flow import NO_PUSH, REASONS, IntegrationError, flow, flows
+from legspring.flow import NO_PUSH, REASONS, flows
 from legspring.gait import IDLE, LEAST_ISOLATION, Invalid
 from legspring.kernel.events import WINDOW
 from legspring.kernel.footfalls import LEAVING, OLD, OVER, PEAK, STANCE, STARTING, TOUCH, blank_footfalls, footfalls
+from legspring.kernel.measure import largest_force
 from legspring.kernel.pack import GRAVITATION, STEP_DURATION
 from legspring.kernel.walker import OK, Floats, new_tape
 from legspring.landmarks import WORDS, Kind, Landmark, Trivial, at_change, find_crossings, in_order, sign_changes
 from legspring.layout import TIGHT, System
-from legspring.measures.forces import peak_magnitude
+from legspring.measures.forces import MAGNITUDE
 from legspring.repetition import ACCURACY, STRIDES, largest_departure
 from legspring.route import Route
 
@@ -111,6 +112,13 @@ class Feet:
         status, times, out = np.zeros(len(p), np.int64), np.zeros(len(p)), blank_footfalls(len(p), len(self._lands))
         footfalls(self._walker, self._tape, p, self.system.cycle, self._scale, self._lands, status, times, out)
         return status, times, out
+
+    def peak(self, p: Floats, leg: int) -> float:
+        """Return the largest force of a leg, in units of m g; nan where a stride cannot be simulated."""
+        status, times, _ = self.seen(p[None])
+        weight = float(p[GRAVITATION] * p[STEP_DURATION] ** 2)
+        force = largest_force(self._tape, leg, MAGNITUDE, 1.0, 0.0, float(times[0]))
+        return force / weight if status[0] == OK else math.nan
 
     def traits(self, stretch: Stretch, points: Sequence[Point]) -> "Traits":
         """Return all that is known of some points of a stretch."""
@@ -283,10 +291,7 @@ def find_landmarks(stretch: Stretch) -> tuple[list[Landmark], Traits, list[Verdi
 
 def zero_of(stretch: Stretch, row: int, value: Callable[[Point], float]) -> Point | None:
     """Return the point of a step of a curve at which something is zero; None if it cannot be told."""
-    try:
-        return at_zero(stretch, stretch.points[row], stretch.points[row + 1], value)
-    except IntegrationError:
-        return None
+    return at_zero(stretch, stretch.points[row], stretch.points[row + 1], value)
 
 
 def find_idle(stretch: Stretch, traits: Traits, feet: Feet) -> Iterator[Landmark]:
@@ -294,9 +299,7 @@ def find_idle(stretch: Stretch, traits: Traits, feet: Feet) -> Iterator[Landmark
     for leg in traits.watched:
 
         def value(point: Point, leg: int = leg) -> float:
-            p = stretch.parameters(point.y)
-            run = flow(feet.system, p, steps=feet.system.cycle, record=True, accuracy=TIGHT)
-            return peak_magnitude(run, leg) - IDLE
+            return feet.peak(stretch.parameters(point.y), leg) - IDLE
 
         for row in sign_changes((traits.peaks[:, leg] - IDLE).tolist()):
             point = zero_of(stretch, row, value)

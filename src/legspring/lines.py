@@ -10,15 +10,12 @@ from numpy.typing import NDArray
 from legspring.asking import Counted
 from legspring.continuation import Special
 from legspring.curve import Look, Point, Stretch
-from legspring.flow import flow
 from legspring.footing import Feet, Moment, apart, moments_of, trivial_of
 from legspring.gait import IDLE, Gait
 from legspring.kernel.events import WINDOW
 from legspring.kernel.footfalls import LEAVING, STANCE, STARTING
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, from_circle, from_minus_one, from_one
-from legspring.layout import TIGHT
-from legspring.measures.forces import peak_magnitude
 from legspring.measures.registry import BY_NAME
 from legspring.problem import GaitProblem
 
@@ -184,9 +181,8 @@ def of_leg(feet: Feet, leg: int, kind: Kind) -> Condition:
     def condition(line: Line, point: Point) -> float:
         p = line.parameters(point.y)
         if kind is Kind.IDLE:
-            run = flow(feet.system, p, steps=feet.system.cycle, record=True, accuracy=TIGHT)
             # As large as other conditions are.
-            return (peak_magnitude(run, leg) - IDLE) / IDLE
+            return (feet.peak(p, leg) - IDLE) / IDLE
         seen = feet.seen(p[None])[2][0, leg]
         if kind is Kind.WRONG_START:
             return float(seen[STARTING])

@@ -16,8 +16,9 @@ from legspring.peterson2011.figures.beyond import BEYOND
 from legspring.peterson2011.report import Section
 from legspring.peterson2011.tables import Table
 
-NAMES = ("second", "stability", "back", "trade", "families", "one leg", "yaw")
+NAMES = ("second", "surfaces", "stability", "back", "trade", "families", "one leg", "yaw")
 FAMILIES = Section("Every family", ["Words."], tables=[Table("", "", ("one",), ((1.0,),))])
+SURFACES = replace(FAMILIES, heading="Where families end")
 ONE_LEG = replace(FAMILIES, heading="One leg")
 YAW = Section("A body that yaws", ["Words."], tables=[Table("", "", ("one",), ((1.0,),))])
 
@@ -54,7 +55,7 @@ def fronts() -> xr.Dataset:
 @pytest.fixture(scope="module")
 def chapter(atlas: xr.Dataset, simulated: xr.Dataset, back_pulls: xr.Dataset) -> dict[str, Section]:
     pictures = {name: Path(f"{name}.png") for name in (*BEYOND, "4.2")}
-    written = sections(atlas, simulated, back_pulls, fronts(), FAMILIES, ONE_LEG, YAW, pictures)
+    written = sections(atlas, simulated, back_pulls, fronts(), SURFACES, FAMILIES, ONE_LEG, YAW, pictures)
     return dict(zip(NAMES, written, strict=True))
 
 
@@ -126,7 +127,15 @@ def test_nothing_found_is_said_to_be_so(atlas: xr.Dataset, simulated: xr.Dataset
     nothing: Any = back_pulls.where(False, drop=False).assign(family=xr.full_like(back_pulls["family"], ""))
     numbers = fronts()
     found = sections(
-        atlas.isel(branch=[0]), simulated.isel(gait=[]), nothing, numbers.where(False), FAMILIES, ONE_LEG, YAW, {}
+        atlas.isel(branch=[0]),
+        simulated.isel(gait=[]),
+        nothing,
+        numbers.where(False),
+        SURFACES,
+        FAMILIES,
+        ONE_LEG,
+        YAW,
+        {},
     )
     texts = dict(zip(NAMES, map(words, found), strict=True))
     assert "None of the 186 cells with a gait has a second one." in texts["second"]

@@ -32,6 +32,7 @@ def sections(
     decays: xr.Dataset,
     back_pulls: xr.Dataset,
     fronts: xr.Dataset,
+    surfaces: Section,
     families: Section,
     single_leg: Section,
     yaw: Section,
@@ -50,6 +51,8 @@ def sections(
     fronts
         Gaits from the most stable to the cheapest of each family: ``reduced_eigenvalue`` and ``transport_cost`` over
         slope_deg, family and point, missing where there is none; heading (rad) is among its attributes.
+    surfaces
+        Of `legspring.peterson2011.surfaces.section`.
     families
         Of `legspring.peterson2011.families.section`.
     single_leg
@@ -62,6 +65,7 @@ def sections(
     shown = {name: Picture(path, BEYOND[name].caption) for name, path in pictures.items() if name in BEYOND}
     parts = (
         (_second_branch(atlas), ["beyond_second_branch"]),
+        (surfaces, ["beyond_surfaces"]),
         (_true_stability(atlas, decays), ["beyond_true_stability", "beyond_decays"]),
         (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
         (_trade_off(fronts), ["beyond_trade_off"]),

@@ -19,7 +19,7 @@ from legspring.layout import System
 from legspring.model import Animal, cockroach
 from legspring.optima import optimal_atlas, select
 from legspring.optimum import Method
-from legspring.peterson2011 import families, single_leg, yawing
+from legspring.peterson2011 import families, single_leg, surfaces, yawing
 from legspring.peterson2011.beyond import sections
 from legspring.peterson2011.claims import Results
 from legspring.peterson2011.decay import decays
@@ -68,6 +68,7 @@ DATA = {
     "back_pulls": Kind(BEYOND_CHAPTER, "Gaits whose back legs pull", ("slope_deg", "heading", "branch")),
     "decays": Kind(BEYOND_CHAPTER, "Decay of simulated perturbations", ("gait",)),
     "fronts": Kind(BEYOND_CHAPTER, "Trade-off of stability and efficiency", ("slope_deg", "family", "point")),
+    "surfaces": Kind(BEYOND_CHAPTER, "Lines at which families of gaits end", ("line", "point")),
     "yawing": Kind(BEYOND_CHAPTER, "Gaits of a body that yaws", ("slope_deg", "heading", "branch")),
     "yaw_held": Kind(BEYOND_CHAPTER, "Gaits of the same body with its yaw held", ("slope_deg", "heading", "branch")),
     "yaw_fates": Kind(BEYOND_CHAPTER, "Gaits of the point mass, followed to it", ("slope_deg", "heading", "branch")),
@@ -197,6 +198,11 @@ class Store:
         return self._stored("single_leg", lambda: single_leg.map_single_legs(SLOPES_DEG, self.workers))
 
     @cached_property
+    def surfaces(self) -> xr.Dataset:
+        """Lines at which families of gaits end."""
+        return self._stored("surfaces", lambda: surfaces.lines(self.animal))
+
+    @cached_property
     def decays(self) -> xr.Dataset:
         """Decay of simulated perturbations."""
         return self._stored("decays", lambda: decays(self.animal))
@@ -236,7 +242,8 @@ class Store:
         each_family = families.section(self.families, self.optima)
         one_leg = single_leg.section(self.single_leg)
         results = self.atlas, self.decays, self.back_pulls, self.fronts
-        return sections(*results, each_family, one_leg, self.yaw_section, pictures)
+        others = surfaces.section(self.surfaces), each_family, one_leg, self.yaw_section
+        return sections(*results, *others, pictures)
 
     @property
     def gait(self) -> ls.Gait:

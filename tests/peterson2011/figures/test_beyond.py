@@ -20,7 +20,7 @@ MULTIPLIER, EIGENVALUE = 0.5, 0.25
 
 
 @pytest.fixture(scope="module")
-def sources(roach: ls.Animal) -> dict[str, Any]:
+def sources(roach: ls.Animal, family_lines: xr.Dataset) -> dict[str, Any]:
     """What the figures are drawn from, by the names in the registry."""
     strides = 0.5 * np.arange(81)
     decays = xr.Dataset(
@@ -54,6 +54,7 @@ def sources(roach: ls.Animal) -> dict[str, Any]:
             attrs={"heading": 0.15},
         ),
         "single_leg": map_single_legs((0.0, 45.0)),
+        "surfaces": family_lines,
         "yawing": yawing,
         "yaw_forces": force_ranges({"one body": yawing, "another body": yawing.isel(branch=[0])}),
     }

@@ -19,6 +19,7 @@ from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, UNSTABLE
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
 from legspring.peterson2011.figures.families import FAMILY_FIGURES
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
+from legspring.peterson2011.surfaces import names as line_names
 from legspring.peterson2011.tables import LEG_WORDS
 
 MOST_DOTS = 30
@@ -279,6 +280,34 @@ def single_leg(legs: xr.Dataset) -> Figure:
     return figure
 
 
+@styled
+def surfaces(lines: xr.Dataset) -> Figure:
+    """Draw the lines over slope and heading at which families of gaits end.
+
+    Parameters
+    ----------
+    lines
+        Of `legspring.peterson2011.surfaces.lines`.
+    """
+    figure = new_figure(PAGE, 0.5 * PAGE)
+    axes = figure.subplots()
+    words, met = line_names(lines), []
+    for n, name in words.items():
+        met += [] if name in met else [name]
+        one = lines.isel(line=n)
+        look = "-" if one["kind"] == "fold" else "--"
+        label = name if list(words.values()).index(name) == n else None
+        axes.plot(one["slope_deg"], one["heading"], look, color=COLOURS[met.index(name) % len(COLOURS)], label=label)
+    axes.plot(lines["cusp_slope_deg"], lines["cusp_heading"], "^", color="black", linestyle="", label="cusp")
+    spots = zip(*(lines[f"label_{name}"].values for name in ("slope_deg", "heading", "family")), strict=True)
+    for slope_deg, heading, family in spots:
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        axes.text(slope_deg, heading, str(family), ha="center", va="center", bbox=box)
+    axes.set(xlabel="slope (deg)", ylabel="heading (rad)", xlim=(0.0, 90.0), ylim=(0.0, None))
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure
+
+
 BEYOND: Mapping[str, ThesisFigure] = {
     figure.number: figure
     for figure in (
@@ -289,6 +318,15 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "The second gait of a cell minus the published one: a) largest eigenvalue magnitude as the thesis has it, "
             "b) transport cost. Where it is blue, the second is the more stable or the cheaper one. Markers show the "
             f"second gait's family ({FAMILY_WORDS}); cells hatched in grey have no second gait.",
+        ),
+        ThesisFigure(
+            "beyond_surfaces",
+            "surfaces",
+            surfaces,
+            "Where the families of gaits with the thesis's actuation begin and end, over slope and heading. Solid: "
+            "lines of folds, in which two gaits meet and beyond which there are none; the cusp is where one turns back. "
+            "Dashed: lines on which a leg has nothing to do; across them it pushes instead of pulling. "
+            f"{FAMILY_WORDS}; none: all pull. Letters stand at slopes at which gaits were followed.",
         ),
         ThesisFigure(
             "beyond_true_stability",

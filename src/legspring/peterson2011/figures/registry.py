@@ -21,6 +21,7 @@ Source = Literal[
     "back_pulls",
     "fronts",
     "single_leg",
+    "surfaces",
     "yawing",
     "yaw_forces",
 ]
@@ -39,6 +40,7 @@ Source = Literal[
 - ``back_pulls``: an atlas of the families in which the back legs pull
 - ``fronts``: gaits of each family from the most stable to the cheapest, over slope_deg, family and point
 - ``single_leg``: of `legspring.peterson2011.single_leg.map_single_legs`
+- ``surfaces``: of `legspring.peterson2011.surfaces.lines`
 - ``yawing``: an atlas of the cockroach as a rigid body
 - ``yaw_forces``: of `legspring.peterson2011.yawing.force_ranges`
 """
