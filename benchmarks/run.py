@@ -24,6 +24,7 @@ BENCHMARKS = {
     "atlas": ("processes", "atlas"),
     "thesis": ("processes", "thesis"),
     "neighbours": ("neighbours", "measure"),
+    "curves": ("curves", "measure"),
     "strides": ("strides", "measure"),
 }
 

@@ -10,12 +10,12 @@ import xarray as xr
 import legspring as ls
 from legspring import Animal, Gait, charts, load_animal
 from legspring.continuation import Special
-from legspring.curve import Stretch
 from legspring.figures import draw_boundaries
 from legspring.footing import Reason
 from legspring.landmarks import Kind
 from legspring.measures.forces import peak_magnitude
 from legspring.planes import Boundary
+from legspring.stretch import Stretch
 
 LIMITS = ((0.0, 90.0), (0.0, 0.7))
 

@@ -11,11 +11,12 @@ import xarray as xr
 import legspring as ls
 from legspring import Animal, Gait, charts, load_animal
 from legspring.continuation import Continuation
-from legspring.curve import Stretch, Tracer
+from legspring.curve import Tracer
 from legspring.figures import draw_bifurcations
 from legspring.footing import Reason
 from legspring.gait import Invalid
 from legspring.landmarks import Kind
+from legspring.stretch import Stretch
 from tests.oracle.periods import Period, largest_allowed
 
 

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from legspring.curve import Look, Stop, Stretch, Tracer
+from legspring.curve import Stop, Tracer
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, Landmark, Trivial, find_crossings
 from legspring.route import Route
+from legspring.stretch import Look, Stretch
 
 
 def route(start: float, low: float, high: float) -> Route:

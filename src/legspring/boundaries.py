@@ -15,7 +15,7 @@ from legspring.boundary_charts import boundary_from
 from legspring.charts import Shelf
 from legspring.checks import checked_whole, shown
 from legspring.continuation import Special, two_ways
-from legspring.curve import Point, Stop, Stretch, Trace, Tracer, at_zero
+from legspring.curve import Stop, Trace, Tracer
 from legspring.files import PathLike, save_netcdf
 from legspring.footing import Ending, Feet, Reason, ending_of, find_idle, find_starts
 from legspring.gait import Gait
@@ -27,6 +27,7 @@ from legspring.measures.sensitivity import checked
 from legspring.planes import Boundary, Corner, Plane, Range, swapped
 from legspring.problem import TIED
 from legspring.progress import progress_bar
+from legspring.stretch import Point, Stretch, at_zero
 
 MOST_POINTS = 400
 LONGEST = 0.05

@@ -8,11 +8,11 @@ import numpy as np
 import xarray as xr
 
 from legspring.charts import ending_as_json, ending_from, raw_points, stretches_of, words
-from legspring.curve import Look, Point
 from legspring.files import PathLike
 from legspring.kernel.walker import Floats
 from legspring.lines import Line
 from legspring.planes import Boundary, Corner, Plane, swapped
+from legspring.stretch import Look, Point
 
 
 def boundary_dataset(found: Boundary) -> xr.Dataset:

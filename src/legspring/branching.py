@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from legspring.continuation import Special, gait_at
-from legspring.curve import Stretch
 from legspring.gait import Gait
 from legspring.kernel.events import WINDOW
 from legspring.kernel.walker import Floats
@@ -16,6 +15,7 @@ from legspring.layout import TIGHT, System
 from legspring.problem import GaitProblem
 from legspring.route import Route
 from legspring.solve import GOAL, gait_near, solve
+from legspring.stretch import Stretch
 
 AMOUNTS = (0.02, 0.05, 0.01, 0.1, 0.003)
 """How far from a special point other curves are looked for, in units of the unknowns."""

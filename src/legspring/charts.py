@@ -16,7 +16,7 @@ import xarray as xr
 
 from legspring.checks import shown
 from legspring.continuation import Continuation, Request, described
-from legspring.curve import Point, Stop, Stretch, Trace, Tracer
+from legspring.curve import Stop, Trace, Tracer
 from legspring.files import PathLike, check_output, save_netcdf
 from legspring.footing import Ending, Reason
 from legspring.kept import gait_as_json, gait_from_json
@@ -24,6 +24,7 @@ from legspring.kernel.walker import Floats
 from legspring.layout import PLACES
 from legspring.measures.registry import BY_NAME
 from legspring.model import Animal
+from legspring.stretch import Point, Stretch
 
 SECONDS = 2.0
 """How often what there is of a curve is kept."""
@@ -116,7 +117,8 @@ def request_as_json(request: Request) -> str:
         subject = {"animal": subject.model_dump(mode="json")}
     elif not isinstance(subject, str):
         subject = {"values": dict(subject)} if hasattr(subject, "keys") else {"names": list(subject)}
-    about = {"parameter": subject, "to": request.to, "within": request.within, "most": request.most}
+    about: dict[str, Any] = {"parameter": subject, "to": request.to, "within": request.within, "most": request.most}
+    about["longest"] = request.longest
     return json.dumps(about | {"gait": json.loads(gait_as_json(request.gait))})
 
 
@@ -128,7 +130,7 @@ def request_from_json(text: str) -> Request:
         ((kind, inside),) = subject.items()
         subject = Animal.model_validate(inside) if kind == "animal" else inside
     within = None if kept["within"] is None else (kept["within"][0], kept["within"][1])
-    return Request(gait_from_json(json.dumps(kept["gait"])), subject, kept["to"], within, kept["most"])
+    return Request(gait_from_json(json.dumps(kept["gait"])), subject, kept["to"], within, kept["most"], kept["longest"])
 
 
 # Points as they are -----------------------------------------------------------------------------------------

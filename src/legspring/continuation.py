@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.curve import Point, Stop, Stretch, Trace
+from legspring.curve import Stop, Trace
 from legspring.files import PathLike
 from legspring.footing import Ending, Reason, ending_of, find_landmarks, kink_after
 from legspring.gait import Gait
@@ -17,6 +17,7 @@ from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, Landmark
 from legspring.route import Route, Subject, route_for
 from legspring.solve import Origin
+from legspring.stretch import Point, Stretch, at_place, at_zero
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,13 +36,14 @@ AT_END = {
 
 @dataclass(frozen=True)
 class Request:
-    """What is to be followed: a gait along a parameter, to a value or within a range, for so many points at most."""
+    """What is to be followed: a gait along a parameter, to a value or within a range; most points, longest step."""
 
     gait: Gait
     parameter: Subject
     to: float | None
     within: tuple[float, float] | None
     most: int
+    longest: float
 
     @cached_property
     def route(self) -> Route:
@@ -222,8 +224,6 @@ class Continuation:
 
     def at(self, value: float) -> list[Gait]:
         """Return the gaits of the curve, valid or not, where what varies has a value: one for each time it passes."""
-        from legspring.curve import at_place
-
         target, found = value / self._route.scale, []
         for (stretch, first), (other, second) in zip(self.points, self.points[1:], strict=False):
             if stretch is not other:
@@ -240,8 +240,6 @@ class Continuation:
 
 def with_folds(stretch: Stretch, first: Point, second: Point) -> list[tuple[Point, Point]]:
     """Return the parts of a step of a curve in which the place grows, or falls, all along."""
-    from legspring.curve import at_zero
-
     if first.tangent[-1] * second.tangent[-1] >= 0.0:
         return [(first, second)]
     fold = at_zero(stretch, first, second, lambda point: float(point.tangent[-1]))

@@ -6,9 +6,9 @@ from functools import partial
 import numpy as np
 
 from legspring.charts import Shelf, curve_from, request_as_json
-from legspring.checks import checked_number, checked_whole, shown
+from legspring.checks import checked_number, checked_positive, checked_whole, shown
 from legspring.continuation import Continuation, Request, described, joined
-from legspring.curve import Stretch, Tracer
+from legspring.curve import LONGEST_STEP, Tracer
 from legspring.files import PathLike
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
@@ -17,6 +17,7 @@ from legspring.problem import GaitProblem
 from legspring.progress import progress_bar
 from legspring.route import Route, Subject
 from legspring.solve import gait_near, same_gait
+from legspring.stretch import Stretch
 
 MOST_POINTS, MOST_CURVES = 2000, 30
 
@@ -28,6 +29,7 @@ def follow(
     to: float | None = None,
     within: Sequence[float] | None = None,
     most_points: int = MOST_POINTS,
+    longest_step: float = LONGEST_STEP,
     store: PathLike | None = None,
 ) -> Continuation:
     """Follow a gait while something varies, past folds, to where it ends.
@@ -48,6 +50,8 @@ def follow(
         Range, low and high, that is not left.
     most_points
         Points after which to stop, each way.
+    longest_step
+        Of the curve, in units of its unknowns (speed in units of the desired one, rad) and of the parameter's scale.
     store
         File, .nc, in which the curve is kept while it is followed, and at the end: a run that was stopped goes on
         from there, and one that was finished is read.
@@ -71,15 +75,16 @@ def follow(
     [0.43820005]
     """
     most = checked_whole("most_points", most_points, 2, 1_000_000)
+    longest = checked_positive("longest_step", longest_step)
     target = None if to is None else checked_number("to", to, "a number")
-    request = Request(gait, parameter, target, None if within is None else _limits(within), most)
+    request = Request(gait, parameter, target, None if within is None else _limits(within), most, longest)
     route = request.route
     shelf = Shelf(store, request_as_json(request), partial(Stretch, route))
     finished, kept = shelf.begin()
     if finished is not None:
         return curve_from(finished, str(store))
     z = start_of(route.problem_at(route.start), gait, route)
-    traces = shelf.traced(request.ways, lambda: Tracer(route, most, note=shelf.note), z, kept)
+    traces = shelf.traced(request.ways, lambda: Tracer(route, most, note=shelf.note, longest=longest), z, kept)
     curve = described(request, *joined(route, traces, target))
     if store is not None:
         curve.save(store)
@@ -143,7 +148,9 @@ def follow_connected(curve: Continuation, *, most: int = MOST_CURVES, progress: 
                 if len(found) > most or any(holds(one, gait) for one in found):
                     continue
                 try:
-                    other = follow(gait, request.parameter, within=limits, most_points=request.most)
+                    other = follow(
+                        gait, request.parameter, within=limits, most_points=request.most, longest_step=request.longest
+                    )
                 except ValueError:
                     # What branches off at the very end of a range has nowhere to go.
                     continue

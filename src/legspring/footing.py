@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.curve import Point, Stop, Stretch, Trace, at_zero
+from legspring.curve import Stop, Trace
 from legspring.flow import NO_PUSH, REASONS, flows
 from legspring.gait import IDLE, LEAST_ISOLATION, Invalid
 from legspring.kernel.events import WINDOW
@@ -24,6 +24,7 @@ from legspring.layout import TIGHT, System
 from legspring.measures.forces import MAGNITUDE
 from legspring.repetition import ACCURACY, STRIDES, largest_departure
 from legspring.route import Route
+from legspring.stretch import Point, Stretch, at_zero
 
 ROOM, MOST_EVENTS = 120, 40
 """Steps of the integrator, and events, in a step of a gait that there is room for."""
@@ -227,11 +228,11 @@ def departs(traits: Traits) -> NDArray[np.bool_]:
 def verdicts(stretch: Stretch, traits: Traits) -> list[Verdict]:
     """Say of all points of a stretch why they are no gaits."""
     found = [verdict(traits, row) for row in range(len(traits.p))]
+    isolation = np.linalg.svd(np.array([point.look.by for point in stretch.points]), compute_uv=False)[:, -1]
     for row, off in enumerate(departs(traits)):
-        by = stretch.points[row].look.by
         if found[row] is None and off:
             found[row] = Invalid.DEPARTS, "after two strides"
-        elif found[row] is None and np.linalg.svd(by, compute_uv=False)[-1] < LEAST_ISOLATION:
+        elif found[row] is None and isolation[row] < LEAST_ISOLATION:
             found[row] = Invalid.NOT_ISOLATED, ""
     return found
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.curve import Point, Stretch, at_crossing, at_zero, turns_back
 from legspring.kernel.walker import Floats
+from legspring.stretch import Point, Stretch, at_crossing, at_zero, turns_back
 
 
 class Kind(StrEnum):

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from legspring.asking import Counted
 from legspring.continuation import Special
-from legspring.curve import Look, Point, Stretch
 from legspring.footing import Feet, Moment, apart, moments_of, trivial_of
 from legspring.gait import IDLE, Gait
 from legspring.kernel.events import WINDOW
@@ -18,6 +17,7 @@ from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, from_circle, from_minus_one, from_one
 from legspring.measures.registry import BY_NAME
 from legspring.problem import GaitProblem
+from legspring.stretch import Look, Point, Stretch
 
 APART = 1e-6
 """Distance of points, in units of the unknowns, whose difference is a derivative."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from legspring.branching import other_families
 from legspring.continuation import Special
-from legspring.curve import Point, Stop, Stretch, Trace, Tracer, at_place, at_zero, turns_back
+from legspring.curve import Stop, Trace, Tracer
 from legspring.footing import Reason, ending_of
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
@@ -22,6 +22,7 @@ from legspring.measures.sensitivity import scale_of, value_of
 from legspring.problem import GaitProblem
 from legspring.route import Route, kinks_of, with_value
 from legspring.solve import is_among
+from legspring.stretch import Point, Stretch, at_place, at_zero, turns_back
 
 Place = tuple[int, ...]
 Group = tuple[str, object, bool]

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from legspring.curve import Point, Stretch
 from legspring.files import PathLike
 from legspring.footing import Ending
 from legspring.gait import Gait
@@ -18,6 +17,7 @@ from legspring.lines import Target, let_go
 from legspring.problem import TARGETS, GaitProblem
 from legspring.route import Route, route_for, with_value
 from legspring.solve import Origin
+from legspring.stretch import Point, Stretch
 
 if TYPE_CHECKING:
     import xarray as xr

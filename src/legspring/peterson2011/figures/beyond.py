@@ -324,7 +324,7 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "surfaces",
             surfaces,
             "Where the families of gaits with the thesis's actuation begin and end, over slope and heading. Solid: "
-            "lines of folds, in which two gaits meet and beyond which there are none; the cusp is where one turns back. "
+            "lines of folds, in which two gaits meet and beyond which there are none; in the cusp one turns back. "
             "Dashed: lines on which a leg has nothing to do; across them it pushes instead of pulling. "
             f"{FAMILY_WORDS}; none: all pull. Letters stand at slopes at which gaits were followed.",
         ),
