@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -293,3 +294,65 @@ def test_a_run_that_is_stopped_goes_on_where_it_was(
     # What is finished is read.
     monkeypatch.setattr(Tracer, "trace", None)
     assert np.array_equal(ls.follow(gait, "heading", within=(0.0, 0.7), store=path).values, whole.values)
+
+
+@pytest.mark.parametrize(
+    ("preset", "asked", "parameter", "within"),
+    [
+        ("injured_cockroach", {"slope_deg": 45}, "slope_deg", (30, 60)),
+        ("cockroach_rigid", {"slope_deg": 30, "heading": 0.15}, "heading", (0.1, 0.3)),
+        ("cockroach", {"slope_deg": 45, "heading": 0.15}, "F.offset", (0.0, 0.2)),
+        ("walker", {"energy": 816.0}, "energy", (812.0, 830.0)),
+        ("lateral_leg_spring", {}, "mass", (2e-3, 4e-3)),
+        ("quadruped", {"speed": 4.75}, "mass", (19.0, 24.0)),
+        ("centipede", {}, "gravity", (5.0, 15.0)),
+    ],
+)
+def test_gaits_of_any_animal_are_what_another_integrator_says(
+    preset: str, asked: dict[str, Any], parameter: str, within: tuple[float, float]
+) -> None:
+    """Along curves of all kinds: validity as of any gait, motions that come back, and multipliers to 1e-6."""
+    gait = ls.find_gaits(load_animal(preset), **asked)[0]
+    curve = ls.follow(gait, parameter, within=within)
+    rows = range(0, len(curve), max(1, len(curve) // 4))
+    assert len(curve) >= 3
+    for n in rows:
+        one = curve.gaits[n]
+        assert (one.invalid() is None) == curve.valid[n]
+        trivial = len(one.multipliers) - curve.multipliers.shape[1]
+        kept = sorted(np.abs(one.multipliers))
+        assert all(min(abs(value - other) for other in kept) < 1e-7 for value in np.abs(curve.multipliers[n]))
+        assert trivial == len(one.conserved)
+        if curve.valid[n]:
+            period = Period(one)
+            assert period.departure() < largest_allowed(one)
+            if n == rows[len(rows) // 2]:
+                theirs = np.sort(np.abs(np.linalg.eigvals(period.jacobian())))
+                assert np.sort(np.abs(one.half_multipliers)) == pytest.approx(theirs, abs=1e-6)
+
+
+def test_a_fold_of_a_passive_animal_is_no_branch_point() -> None:
+    gait = ls.find_gaits(load_animal("quadruped"), speed=4.75)[0]
+    curve = ls.follow(gait, "mass", within=(15.0, 22.0))
+    assert len(values(curve, Kind.FOLD)) == 1 and not values(curve, Kind.BRANCHING)
+
+
+def test_a_body_that_yaws_on_the_level_has_no_events_of_its_own(rigid: Animal) -> None:
+    """All directions are alike there, so that a multiplier is -1."""
+    gait = ls.find_gaits(rigid, slope_deg=5, heading=0.15)[0]
+    curve = ls.follow(gait, "slope_deg", within=(-5.0, 10.0))
+    assert 0.0 in curve.values and not values(curve, Kind.SYMMETRY_BREAKING)
+
+
+def test_what_keeps_its_energy_has_no_gaits_beside_the_level(runner: Animal) -> None:
+    gait = ls.find_gaits(runner, energy=1784.8)[0]
+    for name in ("slope_deg", "L.damping"):
+        with pytest.raises(ValueError, match="must be another one; what the animal keeps"):
+            ls.follow(gait, name, to=1.0)
+
+
+def test_multipliers_are_withheld_where_sides_differ(steep: Continuation) -> None:
+    by_kind = {one.kind: one for one in steep.special}
+    assert by_kind[Kind.SEQUENCE].withheld == "" and np.all(np.isfinite(by_kind[Kind.SEQUENCE].multipliers))
+    end = by_kind[Kind.WINDOW]
+    assert end.withheld and np.all(np.isnan(end.multipliers))

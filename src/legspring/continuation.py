@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_POINTS = 2000
+BESIDE, JUMP = 1e-7, 1e-4
+"""How far beside a special point derivatives are compared, and the share by which they may differ."""
 NEAR_END = 1e-6
 """Distance from the end of a curve within which what legs do is a matter of that."""
 AT_END = {
@@ -108,6 +110,27 @@ class Special:
     def gait(self) -> Gait:
         """The gait there, or the solution that is none."""
         return gait_at(self._route, self._point)
+
+    @cached_property
+    def withheld(self) -> str:
+        """Why there are no multipliers; empty if there are.
+
+        Where the sequence of events is another one on the two sides, derivatives may be, too.
+        """
+        sides = [self._stretch.look(self._point.y + side * BESIDE * self._point.tangent) for side in (1.0, -1.0)]
+        known = [one.map for one in sides if one is not None]
+        if len(known) < 2:
+            return "there is nothing on one side"
+        jump = float(np.max(np.abs(known[0] - known[1])))
+        if jump > JUMP * max(1.0, float(np.max(np.abs(self._point.look.map)))):
+            return f"derivatives differ on the two sides, by up to {jump:.2g}"
+        return ""
+
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Multipliers of the gait; nan where they are `withheld`."""
+        found = self.gait.multipliers
+        return np.full_like(found, complex(np.nan, np.nan)) if self.withheld else found
 
     def __str__(self) -> str:
         """One line."""

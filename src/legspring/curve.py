@@ -107,9 +107,10 @@ class Tracer:
         y = np.append(z, self.route.start / self.route.scale)
         across = np.append(np.zeros(len(z)), way)
         stretch = self.stretch(self.route, self.route.region(self.route.start, way))
-        look = stretch.look(y)
-        normal = across if look is None else tangent_of(look.by, across)
-        first = stretch.corrected(y, normal, across)
+        first = stretch.corrected(y, across, across)
+        if first is None and (look := stretch.look(y)) is not None:
+            # At a fold the place says nothing of where a point is.
+            first = stretch.corrected(y, tangent_of(look.by, across), across)
         if first is None or np.max(np.abs(first.y - y)) > SAME_PLACE:
             raise ValueError(f"gait: must be one that its animal has where {self.route.name} = {self.route.start:g}")
         stretch.points.append(first)

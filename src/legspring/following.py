@@ -83,7 +83,7 @@ def follow(
     finished, kept = shelf.begin()
     if finished is not None:
         return curve_from(finished, str(store))
-    z = start_of(route.problem_at(route.start), gait, route)
+    z = start_of(route.problem_at(route.start), route.gait or gait, route)
     traces = shelf.traced(request.ways, lambda: Tracer(route, most, note=shelf.note, longest=longest), z, kept)
     curve = described(request, *joined(route, traces, target))
     if store is not None:

@@ -17,7 +17,7 @@ from legspring.gait import IDLE, LEAST_ISOLATION, Invalid
 from legspring.kernel.events import WINDOW
 from legspring.kernel.footfalls import LEAVING, OLD, OVER, PEAK, STANCE, STARTING, TOUCH, blank_footfalls, footfalls
 from legspring.kernel.measure import largest_force
-from legspring.kernel.pack import GRAVITATION, STEP_DURATION
+from legspring.kernel.pack import GRAVITATION, SLOPE, STEP_DURATION
 from legspring.kernel.walker import OK, Floats, new_tape
 from legspring.landmarks import WORDS, Kind, Landmark, Trivial, at_change, find_crossings, in_order, sign_changes
 from legspring.layout import TIGHT, System
@@ -32,6 +32,8 @@ BEYOND = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 """How far beyond its end a curve is looked at, to see why it ends."""
 LEAP = 3e-3
 """Change of a stance in such a distance, in step durations, that is a jump."""
+LEVEL = 1e-6
+"""Slope, rad, below which the ground is level."""
 TOGETHER = 1e-9
 """Difference of times, in step durations or shares of a stride, that is none."""
 NEXT_TO = 0.25
@@ -200,7 +202,8 @@ def stays(traits: Traits, row: int, leg: int) -> bool:
     system, feet, one = traits.system, traits.feet[row], traits.system.animal.legs[leg]
     if one.touchdown == "clock":
         alike = system.animal.first_legs[system.pair[leg]] if system.mirrored else leg
-        return bool(feet[alike, STANCE] > 2.0 - one.offset)
+        # Offsets may vary along a curve.
+        return bool(feet[alike, STANCE] > 2.0 - traits.p[row, system.place(leg, "offset")])
     return bool(feet[leg, TOUCH] + feet[leg, STANCE] > traits.times[row] * (1.0 + TOGETHER))
 
 
@@ -284,10 +287,18 @@ def find_landmarks(stretch: Stretch) -> tuple[list[Landmark], Traits, list[Verdi
     reasons = verdicts(stretch, traits)
     breaking = system.mirrored and system.steps_per_stride > 1
     minus = Kind.SYMMETRY_BREAKING if breaking else Kind.PERIOD_DOUBLING
-    found = list(find_crossings(stretch, feet.trivial, minus))
+    found = [mark for mark in find_crossings(stretch, feet.trivial, minus) if not is_isotropic(system, mark)]
     found += [*find_idle(stretch, traits, feet), *find_starts(stretch, traits, feet)]
     found += [*find_sequences(stretch, traits, feet), *find_edges(stretch, reasons, feet)]
     return in_order(found), traits, reasons
+
+
+def is_isotropic(system: System, mark: Landmark) -> bool:
+    """Whether a multiplier is 1 or -1 because all directions are alike: those of a body that yaws on the level."""
+    level = abs(mark.stretch.parameters(mark.point.y)[SLOPE]) < LEVEL
+    return (
+        mark.kind in (Kind.SYMMETRY_BREAKING, Kind.BRANCHING) and level and system.yaws and not system.animal.sagittal
+    )
 
 
 def zero_of(stretch: Stretch, row: int, value: Callable[[Point], float]) -> Point | None:

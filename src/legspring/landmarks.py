@@ -43,10 +43,10 @@ WORDS = {
     Kind.SYMMETRY_BREAKING: "a multiplier of a step is -1: gaits branch off whose steps do not mirror one another",
     Kind.BRANCHING: "a multiplier is 1: another curve crosses",
     Kind.NEIMARK_SACKER: "two complex multipliers are on the unit circle",
-    Kind.KINK: "a law of the animal has a kink",
+    Kind.KINK: "a law of the animal has a kink, or something is kept for this value only",
 }
-ON_FOLD = 1e-4
-"""Distance of two points of a curve within which a multiplier of 1 belongs to a fold."""
+ON_FOLD, NEAR_FOLD = 1e-5, 0.05
+"""Distance of two places, by the scale, and of two points within which a multiplier of 1 belongs to a fold."""
 ON_CIRCLE = 1e-6
 """Distance of a multiplier from the unit circle that is none."""
 SMALL = 0.1
@@ -131,12 +131,17 @@ def find_crossings(stretch: Stretch, trivial: Trivial, minus: Kind) -> Iterator[
             point = find(stretch, stretch.points[row], stretch.points[row + 1], value)
             if point is None or not abs(value(point)) < SMALL:
                 continue
-            at_fold = any(np.linalg.norm(stretch.way(point.y, fold.point.y)) < ON_FOLD for fold in folds)
-            if kind is Kind.BRANCHING and at_fold:
+            if kind is Kind.BRANCHING and any(is_at(stretch, point, fold.point) for fold in folds):
                 continue
             if kind is Kind.NEIMARK_SACKER and not has_pair_on_circle(trivial.free(point.look.map[None])[0]):
                 continue
             yield Landmark(kind, "", WORDS[kind], point, stretch, row)
+
+
+def is_at(stretch: Stretch, point: Point, fold: Point) -> bool:
+    """Whether a multiplier of 1 is that of a fold; near one, it is known less well than its place."""
+    way = stretch.way(point.y, fold.y)
+    return bool(np.linalg.norm(way) < NEAR_FOLD and abs(way[-1]) < ON_FOLD)
 
 
 def sign_changes(values: Sequence[float]) -> Iterator[int]:

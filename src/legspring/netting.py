@@ -198,6 +198,6 @@ class Net:
             kinks = tuple(one for one in kinks_of(problem.system, name) if low < one < high)
             scale = scale_of(problem.system, name, max(map(abs, values)))
             self._routes[group, axis, line] = Route(
-                name, "", "", low, scale, low, high, kinks, lambda value: with_value(problem, name, value)
+                name, "", "", low, scale, low, high, kinks, lambda value: with_value(problem, name, value), anchor=low
             )
         return self._routes[group, axis, line]

@@ -86,7 +86,7 @@ class Plane:
     @cached_property
     def start(self) -> Floats:
         """The numbers of the point where it begins, but for the place."""
-        z = self.problem.z_of(self.gait)
+        z = self.problem.z_of(self.route.gait or self.gait)
         return z if self.target is None else np.append(z, self.target.value)
 
     def first(self, line: Stretch, y: Floats) -> float:

@@ -18,7 +18,7 @@ from legspring.checks import checked_number, shown
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.layout import LEG, PLACES, System, unit_and_words
-from legspring.measures.sensitivity import checked, scale_of, unit_of, value_of
+from legspring.measures.sensitivity import ENDS, checked, scale_of, unit_of, value_of
 from legspring.model import Animal
 from legspring.problem import POSITIVE, TARGETS, GaitProblem
 from legspring.solve import Origin
@@ -30,6 +30,8 @@ BETWEEN = 0.87
 """Where, within a piece, it is looked at."""
 WIDEST = 1.0
 """Largest width of a piece, in units of the route's scale."""
+SMALLEST = 1e-12
+"""Share of its value at the start below which nothing is asked of what cannot be nought."""
 INWARDS = 1e-6
 """How far from the end of a piece, by its width, there has to be an animal for there to be one up to the end."""
 NARROWEST = 1e-9
@@ -138,6 +140,10 @@ class Route:
         Places where the animal's laws, and with them the curve, bend.
     problem_at
         Returns the problem at a place.
+    gait
+        The gait that is followed, as its problems have it: with each foot remembered for itself, where offsets vary.
+    anchor
+        Where pieces end; by default the start.
     pieces
         What is known of it: routes that differ in their start only may share it.
     """
@@ -151,6 +157,8 @@ class Route:
     high: float
     kinks: tuple[float, ...]
     problem_at: Callable[[float], GaitProblem]
+    gait: Gait | None = field(default=None, compare=False, repr=False)
+    anchor: float | None = None
     pieces: dict[Range, Piece] = field(default_factory=dict, compare=False, repr=False)
 
     def place(self, y: Floats) -> float:
@@ -180,10 +188,9 @@ class Route:
         ValueError
             If there is no such animal.
         """
-        width = WIDEST * self.scale
         inside = min(max(place, region[0]), region[1])
-        number = math.floor(inside / width)
-        low, high = max(number * width, region[0]), min((number + 1) * width, region[1])
+        low, high = self._cell(inside)
+        width, low, high = high - low, max(low, region[0]), min(high, region[1])
         if high - low < 1e-3 * width:
             # A sliver at the end of a region belongs to the piece beside it.
             low, high = (max(low - width, region[0]), high) if low > region[0] else (low, min(high + width, region[1]))
@@ -193,6 +200,15 @@ class Route:
         if not piece.low <= inside <= piece.high:
             self.problem_at(inside)
         return piece
+
+    def _cell(self, place: float) -> Range:
+        """Return the ends of the piece around a place, if nothing cuts it: of factors, each twice the one before."""
+        anchor = self.start if self.anchor is None else self.anchor
+        if self.low == 0.0 and anchor > 0.0:
+            power = math.floor(math.log2(max(place / anchor, SMALLEST)))
+            return anchor * 2.0**power, anchor * 2.0 ** (power + 1)
+        number = math.floor((place - anchor) / (WIDEST * self.scale))
+        return anchor + number * WIDEST * self.scale, anchor + (number + 1) * WIDEST * self.scale
 
     def _possible(self, low: float, high: float, place: float) -> tuple[float, float]:
         """Return the part of a range around a place in which there are animals."""
@@ -215,6 +231,8 @@ class Route:
         return known
 
 
+BESIDE = 1e-6
+"""A change of a parameter, by its scale, that is next to none."""
 LIMITS = {"offset": (0.0, 2.0), "heading": (-math.pi, math.pi), "lateral_drift": (-math.inf, math.inf)}
 
 
@@ -259,7 +277,7 @@ def _along_one(gait: Gait, name: str) -> Route:
     origin = gait.origin
     assert isinstance(origin, Origin)
     checked(gait, name)
-    problem, _ = origin.loosened(gait, [name])
+    problem, own = origin.loosened(gait, [name])
     value, system = value_of(gait, name), problem.system
     low, high = limits_of(problem, name)
     unit, words = (unit_of(name), name.replace("_", " ")) if name in problem.given else _about(name)
@@ -268,6 +286,7 @@ def _along_one(gait: Gait, name: str) -> Route:
         return with_value(problem, name, place)
 
     kinks = tuple(one for one in kinks_of(system, name) if low < one < high)
+    check_lasting(changed, value, scale_of(system, name, value), name)
     return Route(
         name,
         unit,
@@ -278,6 +297,7 @@ def _along_one(gait: Gait, name: str) -> Route:
         high,
         kinks,
         unmirrored_where(gait, changed, value, low, high),
+        own,
     )
 
 
@@ -286,7 +306,7 @@ def _along_several(gait: Gait, targets: Mapping[str, float], name: str, words: s
     origin = gait.origin
     assert isinstance(origin, Origin)
     here = {one: value_of(gait, checked(gait, one)) for one in targets}
-    problem, _ = origin.loosened(gait, list(targets))
+    problem, own = origin.loosened(gait, list(targets))
 
     def changed(place: float) -> GaitProblem:
         there = problem
@@ -304,7 +324,22 @@ def _along_several(gait: Gait, targets: Mapping[str, float], name: str, words: s
             kinks += [start + (kink - here[one]) / (end - here[one]) for kink in kinks_of(problem.system, one)]
     low, high = max(lows), min(highs)
     inside = tuple(sorted(one for one in kinks if low < one < high))
-    return Route(name, "1", words, start, 1.0, low, high, inside, unmirrored_where(gait, changed, start, low, high))
+    check_lasting(changed, start, 1.0, name)
+    problem_at = unmirrored_where(gait, changed, start, low, high)
+    return Route(name, "1", words, start, 1.0, low, high, inside, problem_at, own)
+
+
+def check_lasting(problem_at: Callable[[float], GaitProblem], start: float, scale: float, name: str) -> None:
+    """Raise ValueError for what cannot vary at all, as something is conserved for this value only."""
+    here = problem_at(start)
+    for side in (1.0, -1.0):
+        try:
+            beside = problem_at(start + side * BESIDE * scale)
+        except ValueError:
+            continue
+        if (beside.unknowns, beside.conditions) == (here.unknowns, here.conditions):
+            return
+    raise ValueError(f"parameter = {shown(name)}: must be another one; {ENDS}")
 
 
 def _about(name: str) -> tuple[str, str]:

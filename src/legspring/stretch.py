@@ -192,8 +192,14 @@ class Stretch:
             What its tangent should be like, up to its length.
         """
         y, before = guess.copy(), math.inf
-        for _ in range(MOST_CORRECTIONS):
-            look = self.look(y)
+        for number in range(MOST_CORRECTIONS):
+            try:
+                look = self.look(y)
+            except ValueError:
+                # That there is no animal where a curve goes is said; where a correction goes astray is none of its.
+                if number == 0:
+                    raise
+                return None
             if look is None or not np.all(np.isfinite(look.by)):
                 return None
             left = float(np.max(np.abs(look.values)))
