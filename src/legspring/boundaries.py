@@ -14,7 +14,7 @@ import numpy as np
 from legspring.boundary_charts import boundary_from
 from legspring.charts import Shelf
 from legspring.checks import checked_whole, shown
-from legspring.continuation import Special, two_ways
+from legspring.continuation import Special, gait_at, two_ways
 from legspring.curve import Stop, Trace, Tracer
 from legspring.files import PathLike, save_netcdf
 from legspring.footing import Ending, Feet, Reason, ending_of, find_idle, find_starts
@@ -32,6 +32,8 @@ from legspring.stretch import Point, Stretch, at_zero
 MOST_POINTS = 400
 LONGEST = 0.05
 """Longest step along a boundary, in units of the unknowns and of the parameters' scales."""
+INSIDE, NEAR = 1e-4, 1e-2
+"""How far inside a curve its end is begun from, and how far from there a boundary may begin."""
 CORNERS = 1e-4
 """Where events change places, derivatives have a kink, and what is made of them has a corner."""
 CUSP_WORDS = "two lines of folds meet, and there are none beyond"
@@ -86,7 +88,7 @@ def boundary(
     0.4375
     """
     most, ranges = checked_whole("most_points", most_points, 2, 1_000_000), _ranges(within)
-    gait = special.gait if isinstance(special, Special) else special
+    gait = start_of(special) if isinstance(special, Special) else special
     for name in (p1, p2):
         checked(gait, name)
     # What laws tie others to cannot be let go.
@@ -105,6 +107,16 @@ def boundary(
     if store is not None:
         save_netcdf(found.to_dataset().assign_attrs(request=shelf.request), store)
     return found
+
+
+def start_of(special: Special) -> Gait:
+    """Return the gait to begin from: that of a special point; at the end of a curve, one a little inside."""
+    stretch, point = special._stretch, special._point
+    if special.kind not in ONE_SIDED:
+        return special.gait
+    side = 1.0 if point is stretch.points[0] else -1.0
+    inside = stretch.corrected(point.y + side * INSIDE * point.tangent, point.tangent, point.tangent)
+    return special.gait if inside is None else gait_at(special._route, inside)
 
 
 def _ranges(within: Sequence[Sequence[float]] | None) -> tuple[Range, Range]:
@@ -164,7 +176,7 @@ def _followed(
 
         def tracer() -> Tracer:
             made = Tracer(route, most, stretch=lambda _, region: shelf.stretch(region), note=note)
-            made.longest, made.corners = LONGEST, CORNERS
+            made.longest, made.corners, made.near = LONGEST, CORNERS, NEAR
             return made
 
         traces = shelf.traced(ways, tracer, plane.start, kept)

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from legspring.checks import shown
 from legspring.curve import Stop, Trace
 from legspring.files import PathLike
 from legspring.footing import Ending, Reason, ending_of, find_landmarks, kink_after
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, Landmark
+from legspring.measures.registry import BY_NAME
 from legspring.route import Route, Subject, route_for
 from legspring.solve import Origin
 from legspring.stretch import Point, Stretch, at_place, at_zero
@@ -259,6 +261,37 @@ class Continuation:
         if self.values[-1] == value:
             found.append(gait_at(self._route, self.points[-1][1]))
         return found
+
+    def where(self, measure: str, value: float) -> list[Gait]:
+        """Return the gaits of the curve, valid or not, where a measure has a value: from these, boundaries go on.
+
+        Parameters
+        ----------
+        measure, value
+            A measure that is one number (see :doc:`/reference/gait`), as ``"max_multiplier"`` and 1.
+
+        Raises
+        ------
+        ValueError
+            If there is no such measure.
+        """
+        return _where(self, measure, value)
+
+
+def _where(curve: Continuation, measure: str, value: float) -> list[Gait]:
+    """Return the gaits of a curve at which a measure has a value."""
+    one = BY_NAME.get(measure)
+    if one is None or one.dimensions or not one.unit:
+        raise ValueError(f"measure = {shown(measure)}: must be a measure that is one number, as transport_cost")
+    off = [float(one.of(gait)) - value for gait in curve.gaits]
+    found = []
+    for n, (stretch, point) in enumerate(curve.points[:-1]):
+        after = curve.points[n + 1]
+        if stretch is not after[0] or not off[n] * off[n + 1] <= 0.0 or off[n + 1] == 0.0:
+            continue
+        there = at_zero(stretch, point, after[1], lambda other: float(one.of(gait_at(curve._route, other))) - value)
+        found += [] if there is None else [gait_at(curve._route, there)]
+    return found
 
 
 def with_folds(stretch: Stretch, first: Point, second: Point) -> list[tuple[Point, Point]]:

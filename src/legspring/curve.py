@@ -71,6 +71,8 @@ class Tracer:
         Size of the next step, of the longest one, and of that below which a curve has come to its end.
     corners
         Size of a step below which a curve may have corners: curves of gaits have none but the route's kinks.
+    near
+        How far from where it is said to begin a curve may begin.
     """
 
     route: Route
@@ -81,6 +83,7 @@ class Tracer:
     longest: float = LONGEST_STEP
     shortest: float = SHORTEST_STEP
     corners: float = 0.0
+    near: float = SAME_PLACE
 
     def trace(self, z: Floats, way: float, begun: Sequence[Stretch] = ()) -> Trace:
         """Trace from unknowns at the route's start, the place growing at first (``way`` 1) or falling (-1).
@@ -108,13 +111,17 @@ class Tracer:
         across = np.append(np.zeros(len(z)), way)
         stretch = self.stretch(self.route, self.route.region(self.route.start, way))
         first = stretch.corrected(y, across, across)
-        if first is None and (look := stretch.look(y)) is not None:
+        if self._is_far(first, y) and (look := stretch.look(y)) is not None:
             # At a fold the place says nothing of where a point is.
             first = stretch.corrected(y, tangent_of(look.by, across), across)
-        if first is None or np.max(np.abs(first.y - y)) > SAME_PLACE:
+        if first is None or self._is_far(first, y):
             raise ValueError(f"gait: must be one that its animal has where {self.route.name} = {self.route.start:g}")
         stretch.points.append(first)
         return stretch
+
+    def _is_far(self, first: Point | None, y: Floats) -> bool:
+        """Whether a point is not where a curve is said to begin."""
+        return first is None or bool(np.max(np.abs(first.y - y)) > self.near)
 
     def _beyond(self, kink: float, last: Point) -> Stretch | None:
         """Return a stretch that begins at a kink where another one has ended; None if the curve does not go on."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from legspring.asking import Counted
 from legspring.continuation import Special
 from legspring.footing import Feet, Moment, apart, moments_of, trivial_of
-from legspring.gait import IDLE, Gait
+from legspring.gait import IDLE, Gait, Invalid
 from legspring.kernel.events import WINDOW
-from legspring.kernel.footfalls import LEAVING, STANCE, STARTING
+from legspring.kernel.footfalls import LANDING, LEAVING, STANCE, STARTING, TOUCH
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, from_circle, from_minus_one, from_one
 from legspring.measures.registry import BY_NAME
@@ -27,7 +27,9 @@ JUMP = 1e-2
 """Difference in such a distance that is a jump."""
 MARGINS = (1e-3, 1e-5, 1e-7, 1e-8)
 """How far from where something jumps points are sought, one after the other."""
-ONE_SIDED = (Kind.WINDOW, Kind.NO_LIFTOFF, Kind.GRAZING_LIFTOFF)
+SLOW = 0.05
+"""Rate, m per step duration, at which a leg may lift off or come down where it grazes."""
+ONE_SIDED = (Kind.WINDOW, Kind.NO_LIFTOFF, Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN)
 TESTS = {
     Kind.BRANCHING: from_one,
     Kind.PERIOD_DOUBLING: from_minus_one,
@@ -132,6 +134,11 @@ class Line(Stretch):
         return found
 
     def _corrected(self, guess: Floats, normal: Floats, ahead: Floats) -> Point | None:
+        if self.one_sided and self.near is not None:
+            # From where there is something.
+            rates = self.near[1]
+            rates = rates - float(rates @ normal) / float(normal @ normal) * normal
+            guess = guess + MARGINS[0] * rates / max(float(rates @ rates), 1e-12)
         found = None
         for margin in MARGINS if self.one_sided else (0.0,):
             self.margin = margin
@@ -186,9 +193,26 @@ def of_leg(feet: Feet, leg: int, kind: Kind) -> Condition:
         seen = feet.seen(p[None])[2][0, leg]
         if kind is Kind.WRONG_START:
             return float(seen[STARTING])
-        if kind is Kind.GRAZING_LIFTOFF:
-            return float(seen[LEAVING] ** 2)
+        if kind in (Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN):
+            # Where two zeros meet, the square of the rate is what goes to zero evenly.
+            return float(seen[LEAVING if kind is Kind.GRAZING_LIFTOFF else LANDING] ** 2)
         return float(seen[STANCE] - WINDOW if kind is Kind.WINDOW else 2.0 - seen[STANCE])
+
+    return condition
+
+
+def of_old_leg(feet: Feet, leg: int) -> Condition:
+    """Return what is zero where a leg lifts off just as a step begins, by which it was put down before."""
+    system = feet.system
+    alike = system.animal.first_legs[system.pair[leg]] if system.mirrored else leg
+    by_clock = system.animal.legs[leg].touchdown == "clock"
+
+    def condition(line: Line, point: Point) -> float:
+        p = line.parameters(point.y)
+        _, times, seen = feet.seen(p[None])
+        if by_clock:
+            return float(seen[0, alike, STANCE] - 2.0 + p[system.place(leg, "offset")])
+        return float(seen[0, leg, TOUCH] + seen[0, leg, STANCE] - times[0])
 
     return condition
 
@@ -235,9 +259,18 @@ def condition_for(special: Special, problem: GaitProblem, column: int) -> Condit
     if kind in TESTS:
         return of_multipliers(TESTS[kind])
     feet, legs = Feet(system), [leg.name for leg in system.animal.legs]
+    if kind in (Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN):
+        seen = feet.seen(special._stretch.parameters(special._point.y)[None])[2][0, legs.index(special.leg)]
+        if not abs(seen[LEAVING if kind is Kind.GRAZING_LIFTOFF else LANDING]) < SLOW:
+            raise ValueError(
+                f"special = {special}: must be one where a leg lifts off, or comes down, at a rate of zero; here it "
+                "does neither: its force, or height, touches zero in between, of which there are no curves yet"
+            )
     by_clock = special.leg in legs and system.animal.legs[legs.index(special.leg)].touchdown == "clock"
     if kind in (Kind.IDLE, Kind.WRONG_START, *ONE_SIDED) and (by_clock or kind is not Kind.NO_LIFTOFF):
         return of_leg(feet, legs.index(special.leg), kind)
+    if kind is Kind.VALIDITY and special.words == Invalid.OLD_LEGS:
+        return of_old_leg(feet, legs.index(special.leg))
     if kind is Kind.SEQUENCE:
         return of_sequence(feet, *together(special, feet))
     raise ValueError(f"special = {special}: must be of a kind of which there are curves, and not {kind}")

@@ -286,19 +286,9 @@ def _along_one(gait: Gait, name: str) -> Route:
         return with_value(problem, name, place)
 
     kinks = tuple(one for one in kinks_of(system, name) if low < one < high)
-    check_lasting(changed, value, scale_of(system, name, value), name)
-    return Route(
-        name,
-        unit,
-        words,
-        value,
-        scale_of(system, name, value),
-        low,
-        high,
-        kinks,
-        unmirrored_where(gait, changed, value, low, high),
-        own,
-    )
+    scale, problem_at = scale_of(system, name, value), unmirrored_where(gait, changed, value, low, high)
+    check_lasting(problem_at, value, scale, name)
+    return Route(name, unit, words, value, scale, low, high, kinks, problem_at, own)
 
 
 def _along_several(gait: Gait, targets: Mapping[str, float], name: str, words: str, start: float = 0.0) -> Route:
@@ -324,8 +314,8 @@ def _along_several(gait: Gait, targets: Mapping[str, float], name: str, words: s
             kinks += [start + (kink - here[one]) / (end - here[one]) for kink in kinks_of(problem.system, one)]
     low, high = max(lows), min(highs)
     inside = tuple(sorted(one for one in kinks if low < one < high))
-    check_lasting(changed, start, 1.0, name)
     problem_at = unmirrored_where(gait, changed, start, low, high)
+    check_lasting(problem_at, start, 1.0, name)
     return Route(name, "1", words, start, 1.0, low, high, inside, problem_at, own)
 
 

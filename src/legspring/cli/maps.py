@@ -76,6 +76,14 @@ def atlas(
     no_recovery: Annotated[bool, typer.Option("--no-recovery", help="Do not push every gait sideways.")] = False,
     actuation: Actuation = None,
     work_weights: WorkWeights = None,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="search: in every cell; follow: a few gaits along all lines of the grid first, which numbers the "
+            "sheets that hang together.",
+        ),
+    ] = "search",
     figures: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis, or other maps, into this directory."),
@@ -108,6 +116,7 @@ def atlas(
         heading=heading,
         speed=speed,
         mean_speed=mean_speed,
+        method=method,
         energy=energy,
         apex_height=apex_height,
         lateral_drift=lateral_drift,

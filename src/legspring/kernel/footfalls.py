@@ -26,6 +26,8 @@ from legspring.kernel.walker import (
     SIDE,
     TAPE_FULL,
     TIME,
+    VY,
+    YAW_RATE,
     Floats,
     Ints,
     Tape,
@@ -34,17 +36,18 @@ from legspring.kernel.walker import (
     Y,
 )
 
-TOUCH, STANCE, LEAVING, PEAK, STARTING, OLD, OVER = range(7)
+TOUCH, STANCE, LEAVING, PEAK, STARTING, OLD, OVER, LANDING = range(8)
 """Of each leg: time of its first touch-down, time from there to lift-off, rate of its gap then, largest force by the
 mass, rate of its gap right after touch-down (> 0 where that makes its force what it should be), whether it is down at
-the start, whether it turned over. Times in step durations; nan for what does not happen."""
-N_FOOTFALL = 7
+the start, whether it turned over, rate at which its foot came down, held ready. Times in step durations; nan for what
+does not happen."""
+N_FOOTFALL = 8
 LOOKS = 4
 """Looks at the forces in each step of the integrator."""
 
 
 def blank_footfalls(count: int, legs: int) -> Floats:
-    """Return room for what so many simulations tell of so many legs: ``(N, L, 7)``."""
+    """Return room for what so many simulations tell of so many legs: ``(N, L, 8)``."""
     return np.full((count, legs, N_FOOTFALL), math.nan)
 
 
@@ -89,8 +92,13 @@ def read_legs(tape: Tape, w: Walker, lands: Floats, out: Floats) -> None:
                 lean, phase = turn(y), phase_at(s)
                 force, rate = rates_of(tape, n, s, i, lean, phase, y)
                 out[i, PEAK] = max(out[i, PEAK], abs(force))
-                fresh = look == 0 and s == tape.stance[n, i, BEGUN, 0] and tape.stance[n, i, MANNER, 0] != DAMPED
-                if fresh and (n > 0 or lands[i] != 0.0) and not abs(out[i, STARTING]) >= 0.0:
+                fresh = look == 0 and s == tape.stance[n, i, BEGUN, 0] and (n > 0 or lands[i] != 0.0)
+                if fresh and not abs(out[i, LANDING]) >= 0.0:
+                    # The foot is held where it is as seen from the body, which turns about its centre.
+                    spin = y[YAW_RATE, 0] if y.shape[0] == 6 else 0.0
+                    out[i, LANDING] = y[VY, 0] + spin * x
+                plain = tape.stance[n, i, MANNER, 0] != DAMPED
+                if fresh and plain and not abs(out[i, STARTING]) >= 0.0:
                     out[i, STARTING] = w.contacts[i, SIDE] * (rate - law(s, tape.stance[n], i, phase)[1])
 
 
@@ -113,7 +121,7 @@ def footfalls(
     status, times
         ``(N,)``: filled with how it went, and how long it took.
     out
-        ``(N, L, 7)``: filled, where it was nan.
+        ``(N, L, 8)``: filled, where it was nan.
     """
     none = p[:0]
     pack_directions(none, w)
