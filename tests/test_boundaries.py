@@ -143,6 +143,26 @@ def test_a_boundary_that_is_stopped_goes_on(
     assert np.array_equal(ls.load_boundary(path).values, resumed.values)
 
 
+def test_a_level_that_a_curve_meets(roach: Animal) -> None:
+    curve = ls.follow(ls.find_gaits(roach, slope_deg=15, heading=0.2)[0], "heading", within=(0.0, 0.7))
+    half = curve.where("max_multiplier", 0.5)
+    assert half and all(abs(gait.multipliers[0]) == pytest.approx(0.5, abs=1e-9) for gait in half)
+    line = ls.boundary(half[0], "slope_deg", "heading", level="max_multiplier", within=((12, 18), (0.2, 0.5)))
+    for gait in line.gaits[::4]:
+        assert abs(gait.multipliers[0]) == pytest.approx(0.5, abs=1e-7)
+    with pytest.raises(ValueError, match="measure = 'wings': must be a measure that is one number"):
+        curve.where("wings", 1.0)
+
+
+def test_a_force_that_dips_to_zero_has_no_boundary_yet() -> None:
+    """The walker's leg between its two humps."""
+    even = ls.find_gaits(load_animal("walker"), energy=816.0)[0]
+    end = ls.follow(even, "energy", to=850.0).special[-1]
+    assert end.kind is Kind.GRAZING_LIFTOFF
+    with pytest.raises(ValueError, match="touches zero in between, of which there are no curves yet"):
+        ls.boundary(end, "stiffness", "energy")
+
+
 def test_errors_say_what_would_be_valid(steep: Gait, special: dict[Kind, Special]) -> None:
     fold = special[Kind.FOLD]
     for arguments, options, words in (

@@ -47,7 +47,7 @@ def gait() -> ls.Gait:
     return ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
 
 
-@pytest.mark.parametrize("command", ["gaits", "simulate", "recover", "atlas", "presets"])
+@pytest.mark.parametrize("command", ["gaits", "simulate", "recover", "atlas", "presets", "follow"])
 def test_every_command_has_help_with_an_example(command: str) -> None:
     result = run(command, "--help")
     assert result.exit_code == 0
@@ -156,6 +156,39 @@ def test_simulate_says_where_it_ended() -> None:
     shown = run("simulate", "cockroach", *HERE).stdout
     assert "family B, slope 45 deg" in shown
     assert "after 2 strides" in shown and "heading 0.1500 rad" in shown
+
+
+def test_follow(tmp_path: Path) -> None:
+    steep = ["follow", "cockroach", "--slope", "40", "--heading", "0.4", "--along", "heading", "--to", "0.6"]
+    files = [tmp_path / f"curve.{suffix}" for suffix in ("nc", "csv", "png")]
+    result = run(*steep, "--out", files[0], "--figure", files[2], "--quantity", "phase_B")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert "0.4382000525  fold" in result.stdout and result.stdout.splitlines()[-1].startswith(
+        "ends: the stance of a leg"
+    )
+    with xr.open_dataset(files[0]) as data:
+        assert data.attrs["followed"] == "heading" and float(data["heading"].max()) > 0.437
+    assert files[2].stat().st_size > 10_000
+    found = records(*steep, "--out", files[1])
+    (fold,) = (one for one in found if one["kind"] == "fold")
+    assert fold["value"] == pytest.approx(0.4382000525, abs=1e-9) and found[-1]["kind"] == "end"
+    rows = files[1].read_text().splitlines()
+    assert "heading (rad)" in rows[0] and len(rows) > 20
+    several = run("follow", "cockroach", *HERE, "--along", "F.stiffness,M.stiffness", "--to", "1.1")
+    assert several.stdout.splitlines()[-1] == "ends: the value asked for is reached, at 1.1"
+    for options, words in (
+        (["--along", "wings"], "parameter = 'wings': must be one of"),
+        (["--along", "heading", "--within", "0,1,2"], "--within = '0,1,2': must be two numbers"),
+        (["--along", "heading", "--to", "0.15"], "to = 0.15: must be another value than 0.15"),
+        (["--along", "heading", "--out", "curve.txt"], "curve.txt: must end in"),
+    ):
+        assert words in error("follow", "cockroach", *HERE, *options)
+
+
+def test_what_branches_off_is_followed_too() -> None:
+    result = run("follow", "cockroach", "--slope", "15", "--heading", "0.2", "--along", "heading", "--connected")
+    families = [line.split(",")[1].split(":")[0] for line in result.stdout.splitlines() if line.startswith("cockroach")]
+    assert {"family A", "family FB", "family MB", "family B"} <= {family.strip() for family in families}
 
 
 def test_recover(gait: ls.Gait) -> None:

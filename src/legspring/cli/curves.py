@@ -23,6 +23,7 @@ from legspring.cli.options import (
     Slope,
     Speed,
     check_figure,
+    check_slope,
     integer,
     number,
     parse_names,
@@ -98,6 +99,12 @@ def follow(
 
         check_output(out, list(SAVERS))
     check_figure(figure)
+    if store is not None:
+        from legspring.files import check_output
+
+        check_output(store, [".nc"])
+    names: Any = parse_names(along)
+    check_along(animal, slope, names)
     limits = parse_numbers("--within", within)
     if limits is not None and len(limits) != 2:
         raise ValueError(f"--within = {within!r}: must be two numbers, separated by a comma")
@@ -120,7 +127,6 @@ def follow(
         heading,
         branch,
     )
-    names: Any = parse_names(along)
     with patience("following"):
         from legspring.following import follow, follow_connected
 
@@ -129,9 +135,35 @@ def follow(
         curves = [first, *follow_connected(first, progress=sys.stderr.isatty())] if connected else [first]
     print_json([describe for curve in curves for describe in describe_all(curve)]) if as_json else print_curves(curves)
     save(
-        (out, lambda path: save_dataset(first.to_dataset(), path)),
+        (out, lambda path: save_points(first.to_dataset(), path)),
         (figure, draws("draw_bifurcations", [curve.to_dataset() for curve in curves], quantity)),
     )
+
+
+def check_along(name: str, slope: float | None, names: tuple[str, ...]) -> None:
+    """Make sure that there is what is to vary, before gaits are searched for."""
+    from legspring.model import load_animal
+    from legspring.problem import TARGETS
+
+    animal = load_animal(name)
+    check_slope(animal, slope)
+    with patience("loading"):
+        from legspring.layout import System, slope_for
+
+    system = System(animal, slope_for(animal, None, slope), next(iter(animal.families)))
+    for one in names:
+        if one not in TARGETS:
+            system.direction(one)
+
+
+def save_points(dataset: Any, path: Path) -> None:
+    """Save a curve, as a table with a row for each point where the file's ending says so."""
+    if path.suffix.lower() == ".csv":
+        from legspring.files import save_csv
+
+        save_csv(dataset.assign({name: dataset[name].astype(int) for name in ("valid", "stable")}), path, ("point",))
+    else:
+        save_dataset(dataset, path)
 
 
 def describe_all(curve: Any) -> list[dict[str, Any]]:
