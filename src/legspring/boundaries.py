@@ -30,7 +30,7 @@ from legspring.progress import progress_bar
 from legspring.stretch import Point, Stretch, at_zero
 
 MOST_POINTS = 400
-LONGEST = 0.05
+LONGEST = 0.08
 """Longest step along a boundary, in units of the unknowns and of the parameters' scales."""
 INSIDE, NEAR = 1e-4, 1e-2
 """How far inside a curve its end is begun from, and how far from there a boundary may begin."""

@@ -28,8 +28,8 @@ Place = tuple[int, ...]
 Group = tuple[str, object, bool]
 """A family, the legs down as a step begins, and whether steps mirror one another."""
 MOST_POINTS = 1000
-SHORTEST = 1e-6
-"""Step at which a curve has come to its end."""
+SHORTEST, LONGEST = 1e-6, 0.2
+"""Step at which a curve has come to its end, and the longest one: what lies in between is not looked at."""
 MET = 1e-2
 """Distance of ends of curves, by the scale, that are the same."""
 
@@ -119,7 +119,7 @@ class Net:
     ) -> None:
         """Trace a curve one way, meet what it passes, and go on with other families where it ends."""
         tracer = Tracer(route, MOST_POINTS)
-        tracer.shortest = SHORTEST
+        tracer.shortest, tracer.longest = SHORTEST, LONGEST
         try:
             trace = tracer.trace(z, way)
         except ValueError:

@@ -144,6 +144,8 @@ class Route:
         The gait that is followed, as its problems have it: with each foot remembered for itself, where offsets vary.
     anchor
         Where pieces end; by default the start.
+    positive
+        Whether places are factors, which cannot be nought.
     pieces
         What is known of it: routes that differ in their start only may share it.
     """
@@ -159,6 +161,7 @@ class Route:
     problem_at: Callable[[float], GaitProblem]
     gait: Gait | None = field(default=None, compare=False, repr=False)
     anchor: float | None = None
+    positive: bool = False
     pieces: dict[Range, Piece] = field(default_factory=dict, compare=False, repr=False)
 
     def place(self, y: Floats) -> float:
@@ -204,7 +207,7 @@ class Route:
     def _cell(self, place: float) -> Range:
         """Return the ends of the piece around a place, if nothing cuts it: of factors, each twice the one before."""
         anchor = self.start if self.anchor is None else self.anchor
-        if self.low == 0.0 and anchor > 0.0:
+        if self.positive:
             power = math.floor(math.log2(max(place / anchor, SMALLEST)))
             return anchor * 2.0**power, anchor * 2.0 ** (power + 1)
         number = math.floor((place - anchor) / (WIDEST * self.scale))
@@ -288,7 +291,9 @@ def _along_one(gait: Gait, name: str) -> Route:
     kinks = tuple(one for one in kinks_of(system, name) if low < one < high)
     scale, problem_at = scale_of(system, name, value), unmirrored_where(gait, changed, value, low, high)
     check_lasting(problem_at, value, scale, name)
-    return Route(name, unit, words, value, scale, low, high, kinks, problem_at, own)
+    quantity = name.rpartition(".")[2]
+    positive = (quantity in POSITIVE or name in TARGETS or name == "desired_speed") and low == 0.0
+    return Route(name, unit, words, value, scale, low, high, kinks, problem_at, own, positive=positive)
 
 
 def _along_several(gait: Gait, targets: Mapping[str, float], name: str, words: str, start: float = 0.0) -> Route:
@@ -316,7 +321,7 @@ def _along_several(gait: Gait, targets: Mapping[str, float], name: str, words: s
     inside = tuple(sorted(one for one in kinks if low < one < high))
     problem_at = unmirrored_where(gait, changed, start, low, high)
     check_lasting(problem_at, start, 1.0, name)
-    return Route(name, "1", words, start, 1.0, low, high, inside, problem_at, own)
+    return Route(name, "1", words, start, 1.0, low, high, inside, problem_at, own, positive=start > 0.0)
 
 
 def check_lasting(problem_at: Callable[[float], GaitProblem], start: float, scale: float, name: str) -> None:
