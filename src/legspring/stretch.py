@@ -69,8 +69,9 @@ class Loaded:
         self.d_base, self.d_along, self.d_at_end, self.d_at_start, self.d_given = piece.unpacked(self.rates)
         self.rows, self.moved, self.turns = task.rows, task.columns, np.where(task.turns > 0.0, task.turns, math.inf)
         self.has_turns = bool(task.turns.any())
-        # Where in the vector of all numbers at_end and at_start are.
-        (_, _, (first, _), (last, _), _) = piece.cuts
+        # Where in the vector of all numbers the directions, at_end and at_start are: most of it never moves.
+        (_, (along, _), (first, _), (last, _), _) = piece.cuts
+        self.ways_move = bool(np.any((piece.moving >= along.start) & (piece.moving < along.stop)))
         self.conditions_move = bool(np.any((piece.moving >= first.start) & (piece.moving < last.stop)))
         self.fixed: tuple[Floats, Floats] | None = None
         self.names = state_names(system, self.point(z, place))
@@ -90,6 +91,7 @@ class Loaded:
         self.known = [number for number, _ in self.units]
         self.known_rows, self.known_places = [self.columns[n] for n in self.known], [place for _, place in self.units]
         self.seen_at = [seen_at(system, name) for name in self.names]
+        self.image = np.ix_(self.seen_at, [1 + column for column in self.columns])
         self.signs = signs(system, self.names)[:, None]
         self.ways = np.vstack([self.along, self.base[None], *extra])
         everything = self.problem.seen > N_FEW or bool(system.contacts)
@@ -104,7 +106,10 @@ class Loaded:
     def __call__(self, z: Floats, place: float) -> Look | None:
         """Look at the conditions at a place; None where a step cannot be simulated."""
         n, p, ways = self.size, self.point(z, place), self.ways
-        ways[:n], ways[n] = self.along, (self.d_base + z @ self.d_along) * self.scale
+        if self.ways_move:
+            ways[:n], ways[n] = self.along, (self.d_base + z @ self.d_along) * self.scale
+        else:
+            ways[n] = self.d_base * self.scale
         ends = self.simulate(p[None])
         if ends.status[0] != OK:
             return None
@@ -112,17 +117,18 @@ class Loaded:
         # What is not used may be infinite, or unknown.
         rows, columns = self.rows, self.moved
         if self.fixed is None or self.conditions_move:
-            self.fixed = self.at_end[:, rows], self.at_start[:, columns]
-        known, (at_end, at_start) = seen[rows], self.fixed
-        values = at_end @ known[:, 0] + at_start @ p[columns] - self.given
+            self.fixed = self.at_end.take(rows, axis=1), self.at_start.take(columns, axis=1)
+        known, (at_end, at_start) = seen.take(rows, axis=0), self.fixed
+        values = at_end @ known[:, 0] + at_start @ p.take(columns) - self.given
         if self.has_turns and (whole := np.round(values / self.turns)).any():
             values -= whole * np.where(whole == 0.0, 0.0, self.turns)
-        by = at_end @ known[:, 1 : n + 2] + at_start @ ways[: n + 1, columns].T
+        by = at_end @ known[:, 1 : n + 2] + at_start @ ways[: n + 1].take(columns, axis=1).T
         if self.conditions_move:
-            further = self.d_at_end[:, rows] @ known[:, 0] + self.d_at_start[:, columns] @ p[columns]
+            further = self.d_at_end.take(rows, axis=1) @ known[:, 0]
+            further += self.d_at_start.take(columns, axis=1) @ p.take(columns)
             by[:, n] += further * self.scale
         by[:, n] -= self.d_given * self.scale
-        jacobian = seen[self.seen_at][:, 1:][:, self.columns] * self.signs
+        jacobian = seen[self.image] * self.signs
         if self.units:
             jacobian[:, self.known] /= ways[self.known_rows, self.known_places]
         return Look(values, by, jacobian)
