@@ -356,3 +356,14 @@ def test_multipliers_are_withheld_where_sides_differ(steep: Continuation) -> Non
     assert by_kind[Kind.SEQUENCE].withheld == "" and np.all(np.isfinite(by_kind[Kind.SEQUENCE].multipliers))
     end = by_kind[Kind.WINDOW]
     assert end.withheld and np.all(np.isnan(end.multipliers))
+
+
+def test_multipliers_of_one_of_a_body_that_yaws(rigid: Animal) -> None:
+    """Its gaits are tuned: stability changes there, and no other curve crosses."""
+    gait = ls.find_gaits(rigid, slope_deg=30, heading=0.15)[0]
+    curve = ls.follow(gait, "slope_deg", within=(20.0, 90.0))
+    some = [one for one in curve.special if one.kind is Kind.PLUS_ONE]
+    assert sorted(one.value for one in some) == pytest.approx([34.3839645, 58.6652267], abs=1e-6)
+    for one in some:
+        assert np.min(np.abs(one.gait.half_multipliers - 1.0)) < 1e-8 and not one.switch()
+    assert not values(curve, Kind.BRANCHING)

@@ -230,7 +230,7 @@ def _corners(plane: Plane, stretch: Stretch, before: int, own: Kind | None, leg:
     feet = Feet(system)
     traits = feet.traits(stretch, stretch.points)
     # Where energy is conserved, a fold is a multiplier of 1 itself.
-    known = (own, Kind.FOLD, *([Kind.BRANCHING] if own is Kind.FOLD and system.conserved else []))
+    known = (own, Kind.FOLD, *([Kind.BRANCHING, Kind.PLUS_ONE] if own is Kind.FOLD and system.conserved else []))
     marks = [one for one in find_crossings(stretch, feet.trivial, minus) if one.kind not in known]
     by_legs = [*find_idle(stretch, traits, feet), *find_starts(stretch, traits, feet)]
     marks += [one for one in by_legs if (one.kind, one.leg) != (own, leg)]

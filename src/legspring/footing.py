@@ -296,9 +296,8 @@ def find_landmarks(stretch: Stretch) -> tuple[list[Landmark], Traits, list[Verdi
 def is_isotropic(system: System, mark: Landmark) -> bool:
     """Whether a multiplier is 1 or -1 because all directions are alike: those of a body that yaws on the level."""
     level = abs(mark.stretch.parameters(mark.point.y)[SLOPE]) < LEVEL
-    return (
-        mark.kind in (Kind.SYMMETRY_BREAKING, Kind.BRANCHING) and level and system.yaws and not system.animal.sagittal
-    )
+    alike = level and system.yaws and not system.animal.sagittal
+    return bool(alike and mark.kind in (Kind.SYMMETRY_BREAKING, Kind.BRANCHING, Kind.PLUS_ONE))
 
 
 def zero_of(stretch: Stretch, row: int, value: Callable[[Point], float]) -> Point | None:

@@ -25,6 +25,7 @@ class Kind(StrEnum):
     PERIOD_DOUBLING = "period doubling"
     SYMMETRY_BREAKING = "symmetry breaking"
     BRANCHING = "branch point"
+    PLUS_ONE = "multiplier of 1"
     NEIMARK_SACKER = "Neimark-Sacker"
     SEQUENCE = "sequence of events"
     IDLE = "idle leg"
@@ -42,11 +43,14 @@ WORDS = {
     Kind.PERIOD_DOUBLING: "a multiplier is -1: gaits that take twice the time branch off",
     Kind.SYMMETRY_BREAKING: "a multiplier of a step is -1: gaits branch off whose steps do not mirror one another",
     Kind.BRANCHING: "a multiplier is 1: another curve crosses",
+    Kind.PLUS_ONE: "a multiplier is 1, and nothing else happens to gaits that are tuned",
     Kind.NEIMARK_SACKER: "two complex multipliers are on the unit circle",
     Kind.KINK: "a law of the animal has a kink, or something is kept for this value only",
 }
 ON_FOLD, NEAR_FOLD = 1e-5, 0.05
 """Distance of two places, by the scale, and of two points within which a multiplier of 1 belongs to a fold."""
+SINGULAR = 1e-4
+"""Singular value of the conditions below which another curve crosses."""
 ON_CIRCLE = 1e-6
 """Distance of a multiplier from the unit circle that is none."""
 SMALL = 0.1
@@ -127,15 +131,23 @@ def find_crossings(stretch: Stretch, trivial: Trivial, minus: Kind) -> Iterator[
 
         values = [test(row) for row in multipliers]
         for row in sign_changes(values):
-            find = at_crossing if kind is Kind.BRANCHING else at_zero
-            point = find(stretch, stretch.points[row], stretch.points[row + 1], value)
+            ends = stretch.points[row], stretch.points[row + 1]
+            point = at_crossing(stretch, *ends, value) if kind is Kind.BRANCHING else at_zero(stretch, *ends, value)
             if point is None or not abs(value(point)) < SMALL:
                 continue
+            own = kind
+            if kind is Kind.BRANCHING and not is_singular(point):
+                own, point = Kind.PLUS_ONE, at_zero(stretch, *ends, value) or point
             if kind is Kind.BRANCHING and any(is_at(stretch, point, fold.point) for fold in folds):
                 continue
             if kind is Kind.NEIMARK_SACKER and not has_pair_on_circle(trivial.free(point.look.map[None])[0]):
                 continue
-            yield Landmark(kind, "", WORDS[kind], point, stretch, row)
+            yield Landmark(own, "", WORDS[own], point, stretch, row)
+
+
+def is_singular(point: Point) -> bool:
+    """Whether the conditions do not tell a curve from another one that crosses it."""
+    return bool(np.linalg.svd(point.look.by, compute_uv=False)[-1] < SINGULAR)
 
 
 def is_at(stretch: Stretch, point: Point, fold: Point) -> bool:

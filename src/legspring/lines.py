@@ -32,6 +32,7 @@ SLOW = 0.05
 ONE_SIDED = (Kind.WINDOW, Kind.NO_LIFTOFF, Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN)
 TESTS = {
     Kind.BRANCHING: from_one,
+    Kind.PLUS_ONE: from_one,
     Kind.PERIOD_DOUBLING: from_minus_one,
     Kind.SYMMETRY_BREAKING: from_minus_one,
     Kind.NEIMARK_SACKER: from_circle,

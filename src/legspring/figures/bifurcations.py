@@ -24,6 +24,7 @@ MARKS = {
     "period doubling": ("s", "white"),
     "symmetry breaking": ("D", "white"),
     "branch point": ("P", "black"),
+    "multiplier of 1": ("P", "white"),
     "Neimark-Sacker": ("^", "white"),
     "idle leg": ("v", "0.7"),
     "ignored window": ("X", "0.4"),
