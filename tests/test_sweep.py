@@ -3,6 +3,7 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -123,6 +124,15 @@ def test_what_is_let_go_is_in_the_map() -> None:
 # By following ---------------------------------------------------------------------------------------------------
 
 
+def test_both_methods_find_the_same(roach: Animal) -> None:
+    grid: dict[str, Any] = {"slopes_deg": range(0, 91, 15), "headings": (0.1, 0.2, 0.3), "impulses": ()}
+    search, follow = (ls.atlas(roach, method=method, **grid) for method in ("search", "follow"))
+    assert "0 gaits by search alone" in follow.attrs["search"]
+    assert follow["speed"].values == pytest.approx(search["speed"].values, rel=1e-9, nan_ok=True)
+    assert bool((follow["sheet"] >= 0).where(follow["speed"].notnull(), True).all())
+
+
+@pytest.mark.long
 def test_one_gait_leads_to_all_of_the_thesis(roach: Animal, thesis_map: Cells) -> None:
     """A few gaits of one cell, followed along all lines of the grid, past folds and from family to family."""
     maps = ls.atlas(roach, method="follow", impulses=(), workers=2)
@@ -152,6 +162,7 @@ def test_a_method_is_one_of_two(roach: Animal) -> None:
         ls.atlas(roach, method="magic")
 
 
+@pytest.mark.long
 def test_gaits_of_the_yawing_cockroach(rigid: Animal) -> None:
     found, _ = find_all(rigid, SLOPES_DEG, HEADINGS)
     assert sum(map(len, found.values())) == 316
