@@ -16,8 +16,9 @@ from legspring.files import code_stamp
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "_ext"))
 QUICK = os.environ.get("LEGSPRING_DOCS") == "quick"
-"""Whether the long notebooks are left as they are: shown, but not executed."""
-LONG = ["findings", "gallery/thesis"]
+"""Whether the long pages are left as they are: shown, but not executed."""
+LONG = ["findings", "gallery/thesis", "gallery/figures", "gallery/presets"]
+LONG += ["howto/figures", "howto/optimise", "howto/robustness", "howto/thesis"]
 
 project, author = "Legspring", "The Legspring developers"
 copyright = "The Legspring developers"
