@@ -31,6 +31,10 @@ RETURNED: list[Gait] = []
 """Gaits that were returned since somebody looked."""
 
 
+SEEN: set[tuple[object, ...]] = set()
+"""Those that have come back."""
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _noted() -> Iterator[None]:
     """Note all gaits that a search, or a map, returns."""
@@ -53,6 +57,12 @@ def _come_back() -> Iterator[None]:
     yield
     gaits, RETURNED[:] = list(RETURNED), []
     for gait in gaits:
+        # The same gait to the last bit needs no second look.
+        animal = gait.animal.model_dump_json()
+        key = animal, gait.point.tobytes(), gait.family, gait.actuation, gait.contacts, gait.symmetric, gait.strides
+        if key in SEEN:
+            continue
+        SEEN.add(key)
         departure = Period(gait).departure()
         assert departure < largest_allowed(gait), f"{gait!r} is off by {departure:g} after a period"
 
