@@ -83,6 +83,7 @@ def test_no_worse_than_the_method_of_the_thesis(case: Case) -> None:
     assert best(case).penalised <= best(case, "nelder-mead").penalised + TIE
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("case", "seeds"), [(CASES[0], 3), (CASES[2], 3), (CASES[3], 2)])
 def test_the_seed_does_not_matter(case: Case, seeds: int) -> None:
     values = [best(case, "default", seed).penalised for seed in range(seeds)]
@@ -202,6 +203,7 @@ def test_what_the_programme_is_not_written_for(roach: Animal) -> None:
         optimize(roach, slope_deg=45)
 
 
+@pytest.mark.long
 def test_trials_find_what_the_programme_finds(roach: Animal) -> None:
     """For the cockroach both are there: the trials are no better, and not much worse."""
     place: dict[str, Any] = {"slope_deg": 45, "heading": 0.15, "family": "B"}
