@@ -24,7 +24,6 @@ from legspring.stretch import Point, Stretch, at_place, at_zero
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_POINTS = 2000
 BESIDE, JUMP = 1e-7, 1e-4
 """How far beside a special point derivatives are compared, and the share by which they may differ."""
 NEAR_END = 1e-6

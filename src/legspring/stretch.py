@@ -226,11 +226,6 @@ class Stretch:
                 return Point(y, tangent / size, look)
         return None
 
-    def between(self, k: int, share: float) -> Point | None:
-        """Return a point between the k-th one and the next; None if there is none."""
-        first, last = self.points[k], self.points[k + 1]
-        return self.middle(first, last, share)
-
     def middle(self, first: Point, last: Point, share: float) -> Point | None:
         """Return a point between two that are not far apart."""
         if share in (0.0, 1.0):
