@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.interpolate import CubicSpline
 
 import legspring as ls
 from legspring import Animal, Gait, charts, load_animal
@@ -23,6 +24,11 @@ LIMITS = ((0.0, 90.0), (0.0, 0.7))
 @pytest.fixture(scope="module")
 def steep(roach: Animal) -> Gait:
     return ls.find_gaits(roach, slope_deg=40, heading=0.4)[0]
+
+
+@pytest.fixture(scope="module")
+def walker_at() -> Gait:
+    return ls.find_gaits(load_animal("walker").replace(stiffness=13740.0), energy=831.0)[0]
 
 
 @pytest.fixture(scope="module")
@@ -154,13 +160,33 @@ def test_a_level_that_a_curve_meets(roach: Animal) -> None:
         curve.where("wings", 1.0)
 
 
-def test_a_force_that_dips_to_zero_has_no_boundary_yet() -> None:
-    """The walker's leg between its two humps."""
-    even = ls.find_gaits(load_animal("walker"), energy=816.0)[0]
-    end = ls.follow(even, "energy", to=850.0).special[-1]
-    assert end.kind is Kind.GRAZING_LIFTOFF
-    with pytest.raises(ValueError, match="touches zero in between, of which there are no curves yet"):
-        ls.boundary(end, "stiffness", "energy")
+def ends_on(line: Boundary, stiffness: float, branch: int, to: float) -> tuple[float, float]:
+    """Return the energy at which gaits of another stiffness end, and that of the line."""
+    softer = load_animal("walker").replace(stiffness=stiffness)
+    curve = ls.follow(ls.find_gaits(softer, energy=831.0)[branch], "energy", to=to)
+    order = np.argsort(line.values[:, 0])
+    between = CubicSpline(line.values[order, 0], line.values[order, 1])
+    return curve.ending.value, float(between(stiffness))
+
+
+def test_a_force_that_dips_to_zero(walker_at: Gait) -> None:
+    """The walker's leg between its two humps, where it would leave the ground early."""
+    end = ls.follow(walker_at, "energy", to=900.0).special[-1]
+    assert (end.kind, end.leg) == (Kind.GRAZING_LIFTOFF, "L")
+    line = ls.boundary(end, "stiffness", "energy", within=((13000.0, 15000.0), (750.0, 900.0)))
+    found, expected = ends_on(line, 13900.0, 0, 900.0)
+    assert found == pytest.approx(expected, abs=2e-4)
+
+
+def test_a_foot_that_comes_down_at_a_rate_of_zero(walker_at: Gait) -> None:
+    """Where the walker's body goes level as its foot comes down."""
+    end = ls.follow(walker_at, "energy", to=800.0).special[-1]
+    assert end.kind is Kind.GRAZING_TOUCHDOWN
+    line = ls.boundary(end, "stiffness", "energy", within=((13000.0, 15000.0), (750.0, 900.0)))
+    found, expected = ends_on(line, 13600.0, 0, 800.0)
+    assert found == pytest.approx(expected, abs=2e-4)
+    headings = [gait.heading for gait in line.gaits]
+    assert headings == pytest.approx([-math.pi / 2] * len(headings), abs=1e-8)
 
 
 def test_errors_say_what_would_be_valid(steep: Gait, special: dict[Kind, Special]) -> None:

@@ -109,6 +109,17 @@ def test_ends_have_reasons_and_legs(steep: Continuation) -> None:
     assert last.gait.invalid() == (Invalid.IDLE, "BL")
 
 
+def test_both_gaits_of_a_runner_end_at_the_same_places() -> None:
+    """Soft legs let go in mid-stance; at the other end the foot comes down at a rate of zero, as seen from both."""
+    curves = [ls.follow(gait, "stiffness") for gait in ls.find_gaits(load_animal("spring_loaded_inverted_pendulum"))]
+    ends = [sorted((end.value, end.reason) for end in (one.ending, one.beginning) if end) for one in curves]
+    assert [reason for _, reason in ends[0]] == [Reason.GRAZING_LIFTOFF, Reason.GRAZING_TOUCHDOWN]
+    for (one, reason), (other, same) in zip(*ends, strict=True):
+        assert one == pytest.approx(other, rel=1e-8)
+        assert reason == same
+    assert not any(one.special and Kind.NO_LIFTOFF in [mark.kind for mark in one.special] for one in curves)
+
+
 def test_an_idle_leg_is_one_before_it_ends(steep: Continuation) -> None:
     """The curve goes on as a solution, and says so."""
     (idle,) = (one for one in steep.special if one.kind is Kind.IDLE)

@@ -21,7 +21,7 @@ from legspring.footing import Ending, Feet, Reason, ending_of, find_idle, find_s
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.landmarks import Kind, find_crossings, in_order
-from legspring.lines import ONE_SIDED, Condition, Line, condition_for, of_level
+from legspring.lines import ONE_SIDED, Condition, GrazingLine, Line, condition_for, is_slow, of_level
 from legspring.measures.registry import BY_NAME
 from legspring.measures.sensitivity import checked
 from legspring.planes import Boundary, Corner, Plane, Range, swapped
@@ -32,8 +32,8 @@ from legspring.stretch import Point, Stretch, at_zero
 MOST_POINTS = 400
 LONGEST = 0.08
 """Longest step along a boundary, in units of the unknowns and of the parameters' scales."""
-INSIDE, NEAR = 1e-4, 1e-2
-"""How far inside a curve its end is begun from, and how far from there a boundary may begin."""
+INSIDE, INSIDE_SLOW, NEAR = 1e-4, 8e-3, 1e-2
+"""How far inside a curve its end is begun from, and where a leg has a rate of zero; how far a boundary may begin."""
 CORNERS = 1e-4
 """Where events change places, derivatives have a kink, and what is made of them has a corner."""
 CUSP_WORDS = "two lines of folds meet, and there are none beyond"
@@ -115,7 +115,8 @@ def start_of(special: Special) -> Gait:
     if special.kind not in ONE_SIDED:
         return special.gait
     side = 1.0 if point is stretch.points[0] else -1.0
-    inside = stretch.corrected(point.y + side * INSIDE * point.tangent, point.tangent, point.tangent)
+    far = side * (INSIDE_SLOW if is_slow(special) else INSIDE)
+    inside = stretch.corrected(point.y + far * point.tangent, point.tangent, point.tangent)
     return special.gait if inside is None else gait_at(special._route, inside)
 
 
@@ -146,9 +147,10 @@ def _lines(plane: Plane, special: Special | Gait, level: str | None) -> Callable
     """Return what makes a part of the boundary, in a region of the route."""
     condition = _condition(plane, special, level)
     one_sided = isinstance(special, Special) and special.kind in ONE_SIDED
+    kind_of_line = GrazingLine if isinstance(special, Special) and is_slow(special) else Line
 
     def line(region: Range) -> Line:
-        made = Line(plane.route, region, condition=condition, target=plane.target, one_sided=one_sided)
+        made = kind_of_line(plane.route, region, condition=condition, target=plane.target, one_sided=one_sided)
         made.is_inside = partial(plane.is_inside, made)
         return made
 

@@ -62,6 +62,10 @@ class Request:
         if not low <= route.start <= high:
             raise ValueError(f"within = ({low:g}, {high:g}): must hold the gait's value, {route.start:g}")
         low, high = max(low, route.low), min(high, route.high)
+        if not high - low > 1e-12 * route.scale:
+            raise ValueError(
+                f"parameter = {shown(self.parameter)}: must be another one, as it can only be {low:g} here"
+            )
         if self.to is not None:
             if not low <= self.to <= high or self.to == route.start:
                 limits = f"from {low:g} to {high:g}"
@@ -360,7 +364,7 @@ def end_point(route: Route, stretch: Stretch, point: Point, ending: Ending, numb
     if ending.reason not in AT_END:
         return []
     mark = Landmark(AT_END[ending.reason], ending.leg, str(ending.reason), point, stretch, number)
-    return [special_of(route, mark, 0)]
+    return [replace(special_of(route, mark, 0), value=ending.value)]
 
 
 def special_of(route: Route, mark: Landmark, before: int) -> Special:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
 from itertools import combinations
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,23 @@ from numpy.typing import NDArray
 from legspring.curve import Stop, Trace
 from legspring.flow import NO_PUSH, REASONS, flows
 from legspring.gait import IDLE, LEAST_ISOLATION, Invalid
+from legspring.kernel.dips import least_dip
 from legspring.kernel.events import WINDOW
-from legspring.kernel.footfalls import LEAVING, OLD, OVER, PEAK, STANCE, STARTING, TOUCH, blank_footfalls, footfalls
+from legspring.kernel.footfalls import (
+    LANDING,
+    LEAVING,
+    OLD,
+    OVER,
+    PEAK,
+    STANCE,
+    STARTING,
+    TOUCH,
+    blank_footfalls,
+    footfalls,
+)
 from legspring.kernel.measure import largest_force
 from legspring.kernel.pack import GRAVITATION, SLOPE, STEP_DURATION
-from legspring.kernel.walker import OK, Floats, new_tape
+from legspring.kernel.walker import OK, TAPE_FULL, Floats, Tape, new_tape
 from legspring.landmarks import WORDS, Kind, Landmark, Trivial, at_change, find_crossings, in_order, sign_changes
 from legspring.layout import TIGHT, System
 from legspring.measures.forces import MAGNITUDE
@@ -26,12 +38,16 @@ from legspring.repetition import ACCURACY, STRIDES, largest_departure
 from legspring.route import Route
 from legspring.stretch import Point, Stretch, at_zero
 
-ROOM, MOST_EVENTS = 120, 40
-"""Steps of the integrator, and events, in a step of a gait that there is room for."""
+ROOM = 120
+"""Steps of the integrator in a step of a gait that there is room for at first."""
 BEYOND = (1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 """How far beyond its end a curve is looked at, to see why it ends."""
 LEAP = 3e-3
 """Change of a stance in such a distance, in step durations, that is a jump."""
+GRAZES = 1e-3
+"""Rate, m per step duration, at which a leg grazes at the end of a curve."""
+ASIDE = (2e-2, 1.5e-2, 1e-2, 7e-3, 4e-3)
+"""How far from there points are from which the end is extrapolated."""
 LEVEL = 1e-6
 """Slope, rad, below which the ground is level."""
 TOGETHER = 1e-9
@@ -107,14 +123,21 @@ class Feet:
     def __init__(self, system: System) -> None:
         self.system, self.trivial = system, trivial_of(system)
         self._walker, self._lands = system.walker(0, NO_PUSH), system.lands.astype(float)
-        self._tape = new_tape(ROOM * system.cycle, MOST_EVENTS * system.cycle, self._walker)
+        self._tape = self._blank_tape(ROOM * system.cycle)
         self._scale = system.error_scale(TIGHT)
+
+    def _blank_tape(self, room: int) -> Tape:
+        return new_tape(room, room // 3, self._walker)
 
     def seen(self, p: Floats) -> tuple[NDArray[np.int64], Floats, Floats]:
         """Return how strides went, how long they took, and what legs did (see `legspring.kernel.footfalls`)."""
-        status, times, out = np.zeros(len(p), np.int64), np.zeros(len(p)), blank_footfalls(len(p), len(self._lands))
-        footfalls(self._walker, self._tape, p, self.system.cycle, self._scale, self._lands, status, times, out)
-        return status, times, out
+        steps, scale, lands = self.system.cycle, self._scale, self._lands
+        while True:
+            status, times, out = np.zeros(len(p), np.int64), np.zeros(len(p)), blank_footfalls(len(p), len(lands))
+            footfalls(self._walker, self._tape, p, steps, scale, lands, status, times, out)
+            if TAPE_FULL not in status:
+                return status, times, out
+            self._tape = self._blank_tape(2 * len(self._tape.size))
 
     def peak(self, p: Floats, leg: int) -> float:
         """Return the largest force of a leg, in units of m g; nan where a stride cannot be simulated."""
@@ -123,12 +146,18 @@ class Feet:
         force = largest_force(self._tape, leg, MAGNITUDE, 1.0, 0.0, float(times[0]))
         return force / weight if status[0] == OK else math.nan
 
+    def dip(self, p: Floats, leg: int, down: bool) -> float:
+        """Return how near to zero a leg's force, or the height of its foot, comes in between; by m g, or in m."""
+        status, _, _ = self.seen(p[None])
+        unit = float(p[GRAVITATION] * p[STEP_DURATION] ** 2) if down else 1.0
+        return least_dip(self._walker, self._tape, leg, float(down)) / unit if status[0] == OK else math.nan
+
     def traits(self, stretch: Stretch, points: Sequence[Point]) -> "Traits":
         """Return all that is known of some points of a stretch."""
         p = np.array([stretch.parameters(point.y) for point in points])
-        _, times, out = self.seen(p)
+        status, times, out = self.seen(p)
         maps = np.array([point.look.map for point in points])
-        return Traits(self.system, p, self.trivial.free(maps), times, out)
+        return Traits(self.system, p, self.trivial.free(maps), status, times, out)
 
 
 @dataclass
@@ -141,13 +170,15 @@ class Traits:
         All parameters.
     half_multipliers
         Of the map of a period, without those of what is conserved, largest first.
-    times, feet
-        How long a stride takes, in step durations; what each leg does (see `legspring.kernel.footfalls`).
+    status, times, feet
+        How a stride went (see `legspring.flow.REASONS`); how long it takes, in step durations; what each leg does (see
+        `legspring.kernel.footfalls`).
     """
 
     system: System
     p: Floats
     half_multipliers: NDArray[np.complex128]
+    status: NDArray[np.int64]
     times: Floats
     feet: Floats
 
@@ -182,6 +213,8 @@ def verdict(traits: Traits, row: int) -> Verdict:
     """Say why a point is no gait, as `Gait.invalid` does, as far as legs tell; None if they see nothing wrong."""
     system, feet = traits.system, traits.feet[row]
     legs = system.animal.legs
+    if traits.status[row] != OK:
+        return Invalid.NOT_SIMULATED, ""
     for leg in np.flatnonzero(feet[:, OVER] == 1.0).tolist():
         return Invalid.COLLAPSED, legs[leg].name
     for leg in traits.watched:
@@ -397,12 +430,46 @@ def ending_of(trace: Trace, route: Route, to: float | None = None) -> Ending:
     for distance in BEYOND:
         y = last.y + distance * last.tangent
         status, _, seen = feet.seen(stretch.parameters(y)[None])
-        if status[0] != OK:
-            return Ending(Reason.NOT_SIMULATED, value, "", REASONS.get(int(status[0]), ""))
-        cause = what_leaps(feet.system, here, seen[0])
+        grazing = what_grazes(feet.system, here)
+        cause = grazing if status[0] != OK else what_leaps(feet.system, here, seen[0])
         if cause is not None:
+            if grazing is not None and grazing[0] is cause[0]:
+                value = where_rate_vanishes(feet, stretch, route, *grazing)
             return Ending(cause[0], value, feet.system.animal.legs[cause[1]].name)
+        if status[0] != OK:
+            return Ending(Reason.NOT_SIMULATED, value, "", REASONS[int(status[0])])
     return Ending(Reason.LOST, value)
+
+
+def what_grazes(system: System, here: Floats) -> tuple[Reason, int] | None:
+    """Say which leg lifts off, or comes down, at a rate of nearly zero; or None."""
+    for leg, one in enumerate(system.animal.legs):
+        if one.stance is None and abs(here[leg, LEAVING]) < GRAZES:
+            return Reason.GRAZING_LIFTOFF, leg
+        if abs(here[leg, LANDING]) < GRAZES:
+            return Reason.GRAZING_TOUCHDOWN, leg
+    return None
+
+
+def where_rate_vanishes(feet: Feet, stretch: Stretch, route: Route, reason: Reason, leg: int) -> float:
+    """Return where a curve ends at which a leg grazes: its place is a smooth function of the leg's rate.
+
+    Next to the end itself derivatives have no bounds, and points are not known as well.
+    """
+    last, column = stretch.points[-1], LEAVING if reason is Reason.GRAZING_LIFTOFF else LANDING
+    places, rates = [], []
+    for distance in ASIDE:
+        point = stretch.corrected(last.y - distance * last.tangent, last.tangent, last.tangent)
+        if point is None:
+            return route.place(last.y)
+        places.append(route.place(point.y))
+        rates.append(float(feet.seen(stretch.parameters(point.y)[None])[2][0, leg, column]))
+    return at_zero_of(rates, places)
+
+
+def at_zero_of(some: Sequence[float], others: Sequence[Any]) -> Any:
+    """Return the value at zero, a number or an array, of the polynomial through some points."""
+    return sum(other * math.prod(r / (r - x) for r in some if r != x) for x, other in zip(some, others, strict=True))
 
 
 def what_leaps(system: System, here: Floats, beyond: Floats) -> tuple[Reason, int] | None:

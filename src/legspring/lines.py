@@ -1,5 +1,6 @@
 """Curves of special points: one unknown more, and what is special as one more condition."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from legspring.asking import Counted
 from legspring.continuation import Special
-from legspring.footing import Feet, Moment, apart, moments_of, trivial_of
+from legspring.footing import Feet, Moment, apart, at_zero_of, moments_of, trivial_of
 from legspring.gait import IDLE, Gait, Invalid
 from legspring.kernel.events import WINDOW
 from legspring.kernel.footfalls import LANDING, LEAVING, STANCE, STARTING, TOUCH
@@ -27,9 +28,13 @@ JUMP = 1e-2
 """Difference in such a distance that is a jump."""
 MARGINS = (1e-3, 1e-5, 1e-7, 1e-8)
 """How far from where something jumps points are sought, one after the other."""
+SLOWLY = (8e-3, 6e-3, 4.5e-3, 3e-3)
+"""Rates at which points are sought from which the one with a rate of zero is extrapolated."""
 SLOW = 0.05
 """Rate, m per step duration, at which a leg may lift off or come down where it grazes."""
-ONE_SIDED = (Kind.WINDOW, Kind.NO_LIFTOFF, Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN)
+RATES = {Kind.GRAZING_LIFTOFF: LEAVING, Kind.GRAZING_TOUCHDOWN: LANDING}
+GRAZING = tuple(RATES)
+ONE_SIDED = (Kind.WINDOW, Kind.NO_LIFTOFF, *GRAZING)
 TESTS = {
     Kind.BRANCHING: from_one,
     Kind.PLUS_ONE: from_one,
@@ -96,7 +101,12 @@ class Line(Stretch):
             if rates is None:
                 return None
             self.near = (y.copy(), rates)
-        return Look(np.append(here.values, value - self.margin), np.vstack([here.by, self.near[1]]), here.map)
+        left, by = self.last_row(value, self.near[1])
+        return Look(np.append(here.values, left), np.vstack([here.by, by]), here.map)
+
+    def last_row(self, value: float, rates: Floats) -> tuple[float, Floats]:
+        """Return by how much what is special is missed, and the derivatives of that."""
+        return value - self.margin, rates
 
     def measured(self, y: Floats, value: float) -> Floats | None:
         """Return the derivatives of what is special, as differences; None where it jumps on both sides."""
@@ -135,18 +145,64 @@ class Line(Stretch):
         return found
 
     def _corrected(self, guess: Floats, normal: Floats, ahead: Floats) -> Point | None:
-        if self.one_sided and self.near is not None:
-            # From where there is something.
-            rates = self.near[1]
-            rates = rates - float(rates @ normal) / float(normal @ normal) * normal
-            guess = guess + MARGINS[0] * rates / max(float(rates @ rates), 1e-12)
-        found = None
+        guess, found = self.from_inside(guess, normal, MARGINS[0]) if self.one_sided else guess, None
         for margin in MARGINS if self.one_sided else (0.0,):
             self.margin = margin
             found = super().corrected(guess if found is None else found.y, normal, ahead)
             if found is None:
                 return None
         return found
+
+    def from_inside(self, guess: Floats, normal: Floats, margin: float) -> Floats:
+        """Return a guess from where there is something."""
+        if self.near is None:
+            return guess
+        rates = self.near[1]
+        rates = rates - float(rates @ normal) / float(normal @ normal) * normal
+        return guess + margin * rates / max(float(rates @ rates), 1e-12)
+
+
+@dataclass
+class GrazingLine(Line):
+    """A line along which a leg lifts off, or comes down, at a rate of zero; the condition is the square of that rate.
+
+    There derivatives grow without bounds, but points are smooth functions of the rate: they are extrapolated from
+    points at which it is not zero.
+
+    Attributes
+    ----------
+    aside
+        From the last point found to that with the first of these rates.
+    """
+
+    aside: Floats | None = None
+
+    def last_row(self, value: float, rates: Floats) -> tuple[float, Floats]:
+        """Return by how much the rate is missed, and the derivatives of that."""
+        rate = math.sqrt(value) if value > 0.0 else math.nan
+        return rate - self.margin, rates / (2.0 * rate)
+
+    def _corrected(self, guess: Floats, normal: Floats, ahead: Floats) -> Point | None:
+        first, met = self.first_rates(guess) if self.aside is None else [], []
+        found = guess if self.aside is None else guess + self.aside
+        for rate in (*first, *SLOWLY):
+            self.margin = rate
+            point = Stretch.corrected(self, found, normal, ahead)
+            if point is None:
+                return None
+            found = point.y
+            met.append(point)
+        some = [point.y for point in met[-len(SLOWLY) :]]
+        y = at_zero_of(SLOWLY, some)
+        self.aside = some[0] - y
+        return met[-1]._replace(y=y)
+
+    def first_rates(self, guess: Floats) -> list[float]:
+        """Return rates that lead from the first point of all to those from which is extrapolated."""
+        here = self.without(guess)
+        value = math.nan if here is None else self.condition(self, Point(guess, guess, here))
+        count = math.floor(math.log2(SLOWLY[0] / math.sqrt(value))) if 0.0 < value < SLOWLY[0] ** 2 else 0
+        return [SLOWLY[0] * 0.5**n for n in range(count, 0, -1)]
 
 
 def let_go(problem: GaitProblem, name: str) -> GaitProblem:
@@ -194,12 +250,34 @@ def of_leg(feet: Feet, leg: int, kind: Kind) -> Condition:
         seen = feet.seen(p[None])[2][0, leg]
         if kind is Kind.WRONG_START:
             return float(seen[STARTING])
-        if kind in (Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN):
-            # Where two zeros meet, the square of the rate is what goes to zero evenly.
-            return float(seen[LEAVING if kind is Kind.GRAZING_LIFTOFF else LANDING] ** 2)
         return float(seen[STANCE] - WINDOW if kind is Kind.WINDOW else 2.0 - seen[STANCE])
 
     return condition
+
+
+def is_slow(special: Special) -> bool:
+    """Whether a leg lifts off, or comes down, at a rate of zero; one that grazes may also touch zero in between."""
+    if special.kind not in GRAZING:
+        return False
+    system, p = special.gait.system, special._stretch.parameters(special._point.y)
+    leg = [one.name for one in system.animal.legs].index(special.leg)
+    return bool(abs(Feet(system).seen(p[None])[2][0, leg, RATES[special.kind]]) < SLOW)
+
+
+def of_rate(feet: Feet, leg: int, kind: Kind) -> Condition:
+    """Return what is zero where a leg lifts off, or comes down, at a rate of zero."""
+    # Where two zeros meet, the square of the rate is what goes to zero evenly.
+    return lambda line, point: float(feet.seen(line.parameters(point.y)[None])[2][0, leg, RATES[kind]] ** 2)
+
+
+def of_dip(feet: Feet, leg: int, kind: Kind) -> Condition:
+    """Return what is zero where the force of a leg, or the height of its foot, touches zero in between."""
+    return lambda line, point: feet.dip(line.parameters(point.y), leg, kind is Kind.GRAZING_LIFTOFF)
+
+
+def of_sign(feet: Feet, leg: int) -> Condition:
+    """Return what is zero where the force with which a leg ends its stance changes its sign."""
+    return lambda line, point: float(feet.seen(line.parameters(point.y)[None])[2][0, leg, LEAVING])
 
 
 def of_old_leg(feet: Feet, leg: int) -> Condition:
@@ -260,18 +338,15 @@ def condition_for(special: Special, problem: GaitProblem, column: int) -> Condit
     if kind in TESTS:
         return of_multipliers(TESTS[kind])
     feet, legs = Feet(system), [leg.name for leg in system.animal.legs]
-    if kind in (Kind.GRAZING_LIFTOFF, Kind.GRAZING_TOUCHDOWN):
-        seen = feet.seen(special._stretch.parameters(special._point.y)[None])[2][0, legs.index(special.leg)]
-        if not abs(seen[LEAVING if kind is Kind.GRAZING_LIFTOFF else LANDING]) < SLOW:
-            raise ValueError(
-                f"special = {special}: must be one where a leg lifts off, or comes down, at a rate of zero; here it "
-                "does neither: its force, or height, touches zero in between, of which there are no curves yet"
-            )
+    if kind in GRAZING:
+        return (of_rate if is_slow(special) else of_dip)(feet, legs.index(special.leg), kind)
     by_clock = special.leg in legs and system.animal.legs[legs.index(special.leg)].touchdown == "clock"
     if kind in (Kind.IDLE, Kind.WRONG_START, *ONE_SIDED) and (by_clock or kind is not Kind.NO_LIFTOFF):
         return of_leg(feet, legs.index(special.leg), kind)
     if kind is Kind.VALIDITY and special.words == Invalid.OLD_LEGS:
         return of_old_leg(feet, legs.index(special.leg))
+    if kind is Kind.VALIDITY and special.words == Invalid.WRONG_SIGN:
+        return of_sign(feet, legs.index(special.leg))
     if kind is Kind.SEQUENCE:
         return of_sequence(feet, *together(special, feet))
     raise ValueError(f"special = {special}: must be of a kind of which there are curves, and not {kind}")

@@ -23,6 +23,8 @@ OFF, OFF_CORNER = 0.3, 1.5
 """Largest correction, in units of the step: what is further off is another curve; and where there is a corner."""
 SOLVED = 2e-11
 """Residual after which one more of Newton's steps leaves nothing, as each squares what is left."""
+ROUNDING = 64.0 * math.ulp(1.0)
+"""The same by the largest derivative: where small things grow fast, so does rounding."""
 SAME_PLACE = 1e-5
 """How far a point may move when its place is made exact."""
 HALVINGS, ASIDE = 7, 0.02
@@ -209,8 +211,9 @@ class Stretch:
             if look is None or not np.all(np.isfinite(look.by)):
                 return None
             left = float(np.max(np.abs(look.values)))
+            solved = left <= max(SOLVED, ROUNDING * float(np.max(np.abs(look.by))))
             # Newton's method squares what is small: what does not get smaller jumps.
-            if left > SOLVED and left > 0.5 * before:
+            if not solved and left > 0.5 * before:
                 return None
             before = left
             # The next move, and the way along the curve, at once.
@@ -221,7 +224,7 @@ class Stretch:
             except np.linalg.LinAlgError:
                 return None
             y = y + move
-            if left <= SOLVED:
+            if solved:
                 size = math.copysign(float(np.linalg.norm(tangent)), float(tangent @ ahead))
                 return Point(y, tangent / size, look)
         return None

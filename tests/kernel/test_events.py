@@ -94,3 +94,12 @@ def test_no_zero_where_all_coefficients_have_one_sign(b: Six, sign: float) -> No
 
 def test_zero_at_the_end() -> None:
     assert first_zero((1.0, 0.8, 0.6, 0.4, 0.2, 0.0), 1.0) == 1.0
+
+
+def test_a_gap_that_has_just_left_zero_is_not_back_there() -> None:
+    """A foot that rises from the ground: rounding may put it above or below."""
+    for rounding in (0.0, 2e-15, -2e-15):
+        for root in (0.05, 0.7):
+            flight = bernstein(Polynomial([rounding, root, -1.0]))
+            assert abs(first_zero(flight, 1.0) - root) < 1e-8
+        assert first_zero(bernstein(Polynomial([rounding, 1.0, -0.5])), 1.0) == math.inf

@@ -19,6 +19,8 @@ LANDED_BY_CUBIC = 1e-7
 """The same where the gap's second rate is an estimate."""
 INSTANT = 1e-12
 """Times closer than this, in step durations, are one to the clock."""
+LEFT = 1e-9
+"""Part of where a gap goes to below which it is still the zero that it comes from."""
 NONE, SHORTER, HERE = 0, 1, 2
 
 Six = tuple[float, float, float, float, float, float]
@@ -57,11 +59,20 @@ def right_part(b: Six, x: float) -> Six:
     return a, b1, c, d, e, f
 
 
+@formula
+def without_first(b: Six) -> Six:
+    """Coefficients of the polynomial that has a zero at 0, divided by that zero."""
+    return 5.0 * b[1], b[1] + 2.0 * b[2], b[2] + b[3], b[3] + 0.5 * b[4], b[4] + 0.2 * b[5], b[5]
+
+
 @jit
 def first_zero(b: Six, sign: float) -> float:
     """First zero in (0, 1] of a polynomial that starts with the given sign; inf if there is none."""
     start = 0.0
     b = (sign * b[0], sign * b[1], sign * b[2], sign * b[3], sign * b[4], sign * b[5])
+    if abs(b[0]) < LEFT * b[1]:
+        # It has just left zero; rounding may put it on either side.
+        b = without_first(b)
     for _ in range(60):
         x = hull_crossing(b)
         if x > 1.0:
