@@ -1,4 +1,4 @@
-"""What curves of gaits cost, boundaries, and a map by following; beside as many strides by SciPy."""
+"""What curves of gaits cost, boundaries, and a map by following; beside curves by SciPy (`benchmarks.scipy_curves`)."""
 
 import time
 from collections.abc import Callable
@@ -6,6 +6,7 @@ from functools import partial
 from statistics import median
 
 from benchmarks.figures import Figure, together
+from benchmarks.scipy_curves import COARSE, DIFFERENCE, TOLERANCE, conditions_of, fold_of, followed, start_of
 from benchmarks.strides import scipy_scalar
 from benchmarks.subjects import point_masses
 from legspring.boundaries import boundary
@@ -20,10 +21,10 @@ from legspring.sweep import FOLLOW, HEADINGS, SEARCH, SLOPES_DEG, Grid, find_on
 PLACES = ((15.0, 0.2), (45.0, 0.15), (70.0, 0.2))
 ALONG = (("heading", (0.0, 0.7)), ("slope_deg", (-30.0, 90.0)), ("F.stiffness", (0.5, 6.0)))
 DIRECTIONS = 5
-"""Derivatives that a point of a curve takes; by differences each is a step more."""
-VALIDITY = 6.0
-"""Steps that it takes to see that a point is a gait: of a stride, and two more."""
-TOLERANCE = 1e-11
+"""Derivatives that a step of a search takes; by differences each is a step more."""
+BY_SCIPY = {"curves": 6, "boundary": 2}
+"""How many points SciPy is given, at the step that is usual here."""
+STEP = 0.05
 
 
 def curves(gaits: list[Gait]) -> list[Continuation]:
@@ -39,7 +40,7 @@ def measure(quick: bool) -> list[Figure]:
     fold = next(one for one in steep.special if one.kind is Kind.FOLD)
     fine = partial(smooth, gaits[-1])
     found = curves(gaits)
-    points, looks = sum(map(len, found)), sum(looks_of(one) for one in found)
+    points = sum(map(len, found))
     line = boundary(fold, "slope_deg", "heading", within=((0.0, 90.0), (0.0, 0.7)))
     problem = point_masses()[0].problem()
     works: dict[str, Callable[[], object]] = {
@@ -51,7 +52,7 @@ def measure(quick: bool) -> list[Figure]:
     times = together(works, rounds)
     smooth_points = len(fine())
     step = 0.5 * times["stride"]
-    by_scipy = (looks * (1 + DIRECTIONS) + points * VALIDITY) * step
+    point, on_fold = (scipy_seconds(gait, folds, quick) for gait, folds in ((gaits[0], False), (fold.gait, True)))
     maps = {method: wall(partial(find_on, grid(animal), method=method)) for method in (SEARCH, FOLLOW)}
     figures = [
         Figure(
@@ -69,16 +70,20 @@ def measure(quick: bool) -> list[Figure]:
             "1/s",
             detail={
                 "points": points,
-                "looks": looks,
                 "curves": len(found),
-                "times_faster_than_scipy": by_scipy / times["curves"],
+                "scipy_s_a_point": point,
+                "times_faster_than_scipy": point * points / times["curves"],
             },
         ),
         Figure(
             "200 points of a boundary (folds)",
             200.0 * times["boundary"] / len(line),
             "s",
-            detail={"points": len(line), "times_faster_than_scipy": boundary_by_scipy(line, step) / times["boundary"]},
+            detail={
+                "points": len(line),
+                "scipy_s_a_point": on_fold,
+                "times_faster_than_scipy": on_fold * len(line) / times["boundary"],
+            },
         ),
     ]
     for method, (seconds, effort) in maps.items():
@@ -92,15 +97,17 @@ def smooth(gait: Gait) -> Continuation:
     return follow(gait, "slope_deg", to=90.0, longest_step=2e-3)
 
 
-def looks_of(curve: Continuation) -> int:
-    """Return how often the conditions were looked at for a curve."""
-    return sum(stretch.looks for stretch in {id(stretch): stretch for stretch, _ in curve.points}.values())
+def scipy_seconds(gait: Gait, folds: bool, quick: bool) -> float:
+    """Return how long SciPy takes for a point of the curve of a gait along the heading, or of its line of folds.
 
-
-def boundary_by_scipy(line: object, step: float) -> float:
-    """Return how long as many steps would take by SciPy, with differences of differences."""
-    lines = {id(one): one for one, _ in line.points}  # type: ignore[attr-defined]
-    return sum(one.looks for one in lines.values()) * (1 + DIRECTIONS) * step
+    Special points and validity are left out.
+    """
+    count = 1 if quick else BY_SCIPY["boundary" if folds else "curves"]
+    conditions, columns = conditions_of(gait), [0, 1, 2, 3, *([4] if folds else []), 5]
+    function, size = (fold_of(conditions), COARSE) if folds else (conditions, DIFFERENCE)
+    begin = time.perf_counter()
+    followed(function, start_of(gait), columns, count, STEP, size)
+    return (time.perf_counter() - begin) / count
 
 
 def grid(animal: object) -> Grid:

@@ -65,7 +65,7 @@ def sections(
     shown = {name: Picture(path, BEYOND[name].caption) for name, path in pictures.items() if name in BEYOND}
     parts = (
         (_second_branch(atlas), ["beyond_second_branch"]),
-        (surfaces, ["beyond_surfaces"]),
+        (surfaces, ["beyond_surfaces", "beyond_limits"]),
         (_true_stability(atlas, decays), ["beyond_true_stability", "beyond_decays"]),
         (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
         (_trade_off(fronts), ["beyond_trade_off"]),

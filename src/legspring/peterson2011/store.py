@@ -28,6 +28,7 @@ from legspring.peterson2011.figures import GAIT, SIMULATION
 from legspring.peterson2011.figures.families import of_families
 from legspring.peterson2011.force_tables import agreement_table, error_table, force_ranges, force_tables, peak_ranges
 from legspring.peterson2011.fronts import fronts
+from legspring.peterson2011.limits import limits
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Moving, Section
 from legspring.peterson2011.tables import Table, constraint_table, parameter_table
@@ -69,6 +70,9 @@ DATA = {
     "decays": Kind(BEYOND_CHAPTER, "Decay of simulated perturbations", ("gait",)),
     "fronts": Kind(BEYOND_CHAPTER, "Trade-off of stability and efficiency", ("slope_deg", "family", "point")),
     "surfaces": Kind(BEYOND_CHAPTER, "Lines at which families of gaits end", ("line", "point")),
+    "limits": Kind(
+        BEYOND_CHAPTER, "Where optimised gaits cease to exist", ("objective", "family", "slope_deg", "heading", "axis")
+    ),
     "yawing": Kind(BEYOND_CHAPTER, "Gaits of a body that yaws", ("slope_deg", "heading", "branch")),
     "yaw_held": Kind(BEYOND_CHAPTER, "Gaits of the same body with its yaw held", ("slope_deg", "heading", "branch")),
     "yaw_fates": Kind(BEYOND_CHAPTER, "Gaits of the point mass, followed to it", ("slope_deg", "heading", "branch")),
@@ -201,6 +205,12 @@ class Store:
     def surfaces(self) -> xr.Dataset:
         """Lines at which families of gaits end."""
         return self._stored("surfaces", lambda: surfaces.lines(self.animal))
+
+    @cached_property
+    def limits(self) -> xr.Dataset:
+        """Where optimised gaits cease to exist."""
+        optima = self.optima
+        return self._stored("limits", lambda: limits(self.animal, optima, self.workers), self.method)
 
     @cached_property
     def decays(self) -> xr.Dataset:

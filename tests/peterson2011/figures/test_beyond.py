@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.collections import QuadMesh
+from matplotlib.collections import LineCollection, QuadMesh
 from matplotlib.figure import Figure
 
 import legspring as ls
@@ -55,9 +55,28 @@ def sources(roach: ls.Animal, family_lines: xr.Dataset) -> dict[str, Any]:
         ),
         "single_leg": map_single_legs((0.0, 45.0)),
         "surfaces": family_lines,
+        "limits": some_limits(),
         "yawing": yawing,
         "yaw_forces": force_ranges({"one body": yawing, "another body": yawing.isel(branch=[0])}),
     }
+
+
+def some_limits() -> xr.Dataset:
+    """Gaits of one family at 0.1 rad, as far as 0.15 to 0.18 rad, and none of the other, for one objective."""
+    limit, there = np.full((1, 2, 3, 2, 2), np.nan), np.zeros((1, 2, 3, 2), dtype=bool)
+    limit[0, 0, :, 0, 1], there[0, 0, :, 0] = (0.15, 0.16, 0.18), True
+    dims = ("objective", "family", "slope_deg", "heading")
+    coords = {"slope_deg": [0.0, 10.0, 20.0], "heading": [0.1, 0.2], "family": ["A", "B"], "objective": ["stability"]}
+    return xr.Dataset({"limit": ((*dims, "axis"), limit), "exists": (dims, there)}, coords)
+
+
+def test_limits_are_lines_with_names_where_gaits_are(sources: dict[str, Any]) -> None:
+    (axes,) = draw("beyond_limits", sources).axes
+    pieces = [len(one.get_segments()) for one in axes.collections if isinstance(one, LineCollection)]
+    assert pieces == [2, 0]
+    (name,) = (text for text in axes.texts if text.get_text())
+    slope, heading = name.get_position()
+    assert name.get_text() == "A" and heading < np.interp(slope, [0.0, 10.0, 20.0], [0.15, 0.16, 0.18])
 
 
 def draw(name: str, sources: dict[str, Any]) -> Figure:

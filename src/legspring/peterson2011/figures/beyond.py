@@ -9,16 +9,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from legspring.drawing.style import COLOURS, GRAY, MARKERS, PAGE, new_figure, styled, units
-from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, panel_grid
+from legspring.drawing.style import COLOURS, GRAY, MARKERS, PAGE, label, new_figure, styled, units
+from legspring.figures.maps import Limits, add_bar, add_legend, draw_map, family_order, panel_grid
 from legspring.peterson2011.claims.chapter2 import SWITCH_DEG
 from legspring.peterson2011.figures.chapter4 import COSTS, EIGENVALUES, UNSTABLE
 from legspring.peterson2011.figures.chapter6 import AXIS_WORDS
 from legspring.peterson2011.figures.families import FAMILY_FIGURES
 from legspring.peterson2011.figures.registry import FAMILY_WORDS, ThesisFigure
+from legspring.peterson2011.limits import crossings, outline
 from legspring.peterson2011.surfaces import names as line_names
 from legspring.peterson2011.tables import LEG_WORDS
 
@@ -28,6 +30,10 @@ EXCESS: Limits = (-0.5, 1.5)
 """Range of colours for a multiplier minus 1, below 0 in stable gaits."""
 YAWS: Limits = (0.0, 15.0)
 """Range of colours for yaw, deg."""
+BESIDE = 0.05
+"""Distance of a name from its line, in parts of an axis."""
+DASHES = ("-", "--", "-.", ":")
+"""Of lines that may lie on one another."""
 BAR, LEAST_BAR = 12.0, 0.02
 """Width of a bar (deg of slope) and its least height (m g)."""
 LEAST_SPAN = 0.1
@@ -308,6 +314,54 @@ def surfaces(lines: xr.Dataset) -> Figure:
     return figure
 
 
+def label_places(limits: xr.Dataset) -> dict[str, tuple[float, float]]:
+    """Return where to write the name of each family: beside its line, where there are gaits, far from other lines."""
+    low, high = (np.array([limits[name].values[n] for name in ("slope_deg", "heading")]) for n in (0, -1))
+    span = high - low
+    on_lines = {family: np.array(crossings(limits.sel(family=family))) for family in family_order(limits)}
+    places, taken = {}, [np.array([corner]) for corner in ((0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0))]
+    for family, pairs in on_lines.items():
+        if not len(pairs):
+            continue
+        lines, cells = ((pairs[:, n] - low) / span for n in (0, 1))
+        ways = cells - lines
+        spots = lines + BESIDE * ways / np.linalg.norm(ways, axis=1, keepdims=True)
+        others = [(rest[:, 0] - low) / span for name, rest in on_lines.items() if len(rest) and name != family]
+        around = np.vstack([*others, *taken])
+        room = np.min(np.linalg.norm(spots[:, None] - around[None], axis=2), axis=1)
+        best = spots[int(np.argmax(np.where(np.all((spots > 0.04) & (spots < 0.96), axis=1), room, -1.0)))]
+        taken.append(best[None])
+        places[family] = tuple((low + span * best).tolist())
+    return places
+
+
+@styled
+def optimised_limits(limits: xr.Dataset) -> Figure:
+    """Draw the lines over slope and heading at which optimised gaits of each family cease to exist.
+
+    Parameters
+    ----------
+    limits
+        Of `legspring.peterson2011.limits.limits`.
+    """
+    objectives = [str(objective) for objective in limits["objective"].values]
+    figure = new_figure(PAGE, 0.42 * PAGE)
+    panels = figure.subplots(1, len(objectives), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, objective in zip(panels, objectives, strict=True):
+        names = label_places(limits.sel(objective=objective))
+        for number, family in enumerate(family_order(limits)):
+            pieces = list(outline(limits.sel(objective=objective, family=family)))
+            lines = LineCollection(pieces, colors=COLOURS[number], linestyles=DASHES[number], label=family)
+            axes.add_collection(lines)
+            if family in names:
+                axes.text(*names[family], family, color=COLOURS[number], ha="center", va="center")
+        axes.set(title=objective, xlabel=label(limits["slope_deg"].attrs), ylabel=label(limits["heading"].attrs))
+        axes.set(xlim=limits["slope_deg"].values[[0, -1]], ylim=limits["heading"].values[[0, -1]])
+        axes.label_outer()
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure
+
+
 BEYOND: Mapping[str, ThesisFigure] = {
     figure.number: figure
     for figure in (
@@ -327,6 +381,15 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "lines of folds, in which two gaits meet and beyond which there are none; in the cusp one turns back. "
             "Dashed: lines on which a leg has nothing to do; across them it pushes instead of pulling. "
             f"{FAMILY_WORDS}; none: all pull. Letters stand at slopes at which gaits were followed.",
+        ),
+        ThesisFigure(
+            "beyond_limits",
+            "limits",
+            optimised_limits,
+            "Where gaits with optimised actuation cease to exist, by family: Figure 5.1 with lines in place of dots. "
+            "Each line was sought between a cell with a gait and its neighbour without one, by following the optimum "
+            "there, to a thirty-second of a cell. Letters stand on the side on which there are gaits. "
+            f"{FAMILY_WORDS}.",
         ),
         ThesisFigure(
             "beyond_true_stability",

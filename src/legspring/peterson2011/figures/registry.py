@@ -22,6 +22,7 @@ Source = Literal[
     "fronts",
     "single_leg",
     "surfaces",
+    "limits",
     "yawing",
     "yaw_forces",
 ]
@@ -41,6 +42,7 @@ Source = Literal[
 - ``fronts``: gaits of each family from the most stable to the cheapest, over slope_deg, family and point
 - ``single_leg``: of `legspring.peterson2011.single_leg.map_single_legs`
 - ``surfaces``: of `legspring.peterson2011.surfaces.lines`
+- ``limits``: of `legspring.peterson2011.limits.limits`
 - ``yawing``: an atlas of the cockroach as a rigid body
 - ``yaw_forces``: of `legspring.peterson2011.yawing.force_ranges`
 """
