@@ -47,7 +47,7 @@ def gait() -> ls.Gait:
     return ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
 
 
-@pytest.mark.parametrize("command", ["gaits", "simulate", "recover", "atlas", "presets", "follow"])
+@pytest.mark.parametrize("command", ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin"])
 def test_every_command_has_help_with_an_example(command: str) -> None:
     result = run(command, "--help")
     assert result.exit_code == 0
@@ -183,6 +183,27 @@ def test_follow(tmp_path: Path) -> None:
         (["--along", "heading", "--out", "curve.txt"], "curve.txt: must end in"),
     ):
         assert words in error("follow", "cockroach", *HERE, *options)
+
+
+def test_basin(tmp_path: Path) -> None:
+    over = ["--over", "speed=0.1:1.5:0.2", "--over", "heading=-1.5,0,1.5"]
+    here = ["basin", "cockroach", "--slope", "15", "--heading", "0.2", *over]
+    found = records(*here)
+    assert found[0]["outcome"] == "the gait" and sum(one["share"] for one in found) == pytest.approx(1.0)
+    assert found[1]["periods"] > 1.0
+    files = [tmp_path / name for name in ("basin.nc", "basin.png")]
+    shown = run(*here, "--out", files[0], "--figure", files[1]).stdout
+    assert "speed (8) and heading (3), old feet kept" in shown and "the gait" in shown
+    with xr.open_dataset(files[0]) as data:
+        assert data["settles_on"].shape == (8, 3)
+    assert files[1].stat().st_size > 1000
+    for options, words in (
+        (["--over", "wings=1:2:1"], "must be one of"),
+        (["--over", "speed"], "must be NAME=START:STOP:STEP"),
+        (["--over", "speed=0.2", "--memory", "lost"], "must be 'kept' or 'rebuilt'"),
+        (["--over", "speed=0.2", "--out", "basin.txt"], "must end in .nc, .mat"),
+    ):
+        assert words in error("basin", "cockroach", *HERE, *options)
 
 
 def test_what_branches_off_is_followed_too() -> None:

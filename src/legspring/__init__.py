@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from legspring.basins import basin as basin
     from legspring.boundaries import boundary as boundary
     from legspring.boundary_charts import load_boundary as load_boundary
     from legspring.charts import load_curve as load_curve
@@ -39,6 +40,7 @@ _HOMES = {
     "ModelError": "model",
     "animate": "drawing.film",
     "atlas": "sweep",
+    "basin": "basins",
     "boundary": "boundaries",
     "cockroach": "model",
     "find_gaits": "solve",

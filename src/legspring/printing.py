@@ -123,6 +123,36 @@ def print_curves(curves: "Sequence[Continuation]") -> None:
         print(f"ends: {curve.ending}")
 
 
+def describe_basin(dataset: "xr.Dataset") -> list[dict[str, Any]]:
+    """Return what becomes of starts, and of how many: an object for each outcome."""
+    from legspring.settling import words_of
+
+    fates, found = dataset["settles_on"].values, []
+    for n in sorted(set(fates.ravel().tolist()), key=lambda n: (n < 0, abs(n))):
+        steps = dataset["steps"].values[fates == n]
+        one = {"number": n, "outcome": words_of(dataset, n), "share": float((fates == n).mean())}
+        one |= {
+            "area": float(dataset["area"][n]) if n >= 0 else None,
+            "median_steps": float(sorted(steps)[len(steps) // 2]),
+        }
+        for name in ("speed", "heading", "periods", "multiplier"):
+            values = dataset[f"attractor_{name}"].values
+            one[name] = float(values[n]) if n >= 0 and values.ndim == 1 else None
+        found.append(one)
+    return found
+
+
+def print_basin(gait: "Gait", dataset: "xr.Dataset") -> None:
+    """Print what becomes of starts, a line for each outcome."""
+    names = " and ".join(f"{name} ({axis.size})" for name, axis in dataset["settles_on"].coords.items())
+    print(f"{gait!r}: starts over {names}, old feet {dataset.attrs['memory']}")
+    rows = [("outcome", "share", "steps", "multiplier")]
+    for one in describe_basin(dataset):
+        size = "-" if one["multiplier"] is None else number(one["multiplier"])
+        rows.append((one["outcome"], f"{100.0 * one['share']:.1f} %", f"{one['median_steps']:.0f}", size))
+    print_rows(rows)
+
+
 def print_rows(rows: Sequence[tuple[str, ...]]) -> None:
     """Print rows in columns that line up."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -8,6 +8,7 @@ Importing this package imports matplotlib.
 from legspring.drawing.film import Film, animate
 from legspring.drawing.style import save_figure
 from legspring.figures.animals import draw_animal, draw_animals
+from legspring.figures.basins import draw_basin
 from legspring.figures.bifurcations import draw_bifurcations
 from legspring.figures.boundaries import draw_boundaries
 from legspring.figures.footfalls import draw_footfalls
@@ -21,6 +22,7 @@ __all__ = [
     "draw_animal",
     "draw_animals",
     "draw_atlas",
+    "draw_basin",
     "draw_bifurcations",
     "draw_boundaries",
     "draw_energy",

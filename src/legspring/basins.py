@@ -1,0 +1,320 @@
+"""Which starts lead to a gait: `legspring.basin`."""
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from legspring.checks import checked_choice, checked_whole, checked_workers, shown
+from legspring.gait import Gait
+from legspring.kernel.walker import Floats, Ints
+from legspring.layout import PLACES, START, System
+from legspring.measures.sensitivity import unit_of
+from legspring.progress import progress_bar
+from legspring.returnmap import state_names
+from legspring.settling import FATES, Attractor, Settling, attractor
+from legspring.sweep import provenance
+
+MEMORIES = ("kept", "rebuilt")
+MOST_STRIDES, MOST_REFINED, LONGEST_AXIS = 400, 6, 10_000
+FAR = 0.3
+"""Farthest, between neighbouring values of a parameter, that two attractors are one."""
+CHUNK = 4096
+"""Starts that are followed between two ticks of the progress bar."""
+
+
+def basin(
+    gait: Gait,
+    over: Mapping[str, ArrayLike],
+    *,
+    memory: str = "kept",
+    most_strides: int = MOST_STRIDES,
+    refine: int = 0,
+    workers: int | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Find out which starts lead to a gait, and where the others go.
+
+    A motion has settled once it is where the return map is seen to contract towards something that repeats itself: the
+    gait, or whatever else is met. See :ref:`numerics-basins`.
+
+    Parameters
+    ----------
+    gait
+        The gait, which must be stable; all else stays as it is, its phases among it.
+    over
+        One or two coordinates of a start (``"speed"``, ``"heading"``, ``"Dx"``, ``"yaw_rate"``, ...; see
+        `legspring.parameters`), of which one may be a parameter of the animal instead; each with rising values, in SI
+        units.
+    memory
+        Where the feet of the step before are: ``"kept"``, where they are in the gait, or ``"rebuilt"``, as the thesis
+        has it: put down by a body that has come straight ahead at the desired speed.
+    most_strides
+        Strides after which a motion that has not settled counts as neither.
+    refine
+        How often to halve the grid where neighbours go to different places; what lies between equals is filled in.
+    workers
+        Threads; by default one a core. The result does not depend on it.
+    progress
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over what was asked for: ``settles_on``, the number of the attractor, the gait's being 0, or below zero what
+        else becomes of the start (its attributes say what); ``steps`` after which that is known; ``simulated``, false
+        for what was filled in. Over ``attractor``, and the parameter, if one varies: ``attractor_speed`` (m/s),
+        ``attractor_heading`` (rad), ``attractor_periods`` and ``attractor_multiplier`` of what is settled on; and
+        ``area``, of the starts that do, in the units of both coordinates.
+
+    Raises
+    ------
+    ValueError
+        For an unknown name, values that do not rise, or a gait that is not stable.
+
+    Examples
+    --------
+    >>> import legspring as ls
+    >>> gait = ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
+    >>> found = ls.basin(gait, {"speed": [0.1, 0.2, 0.3], "heading": [-0.5, 0.0, 0.5]})
+    >>> bool((found["settles_on"] == 0).all())
+    True
+    """
+    axes, parameter = checked_axes(gait, over)
+    checked_choice("memory", memory, MEMORIES)
+    most = checked_whole("most_strides", most_strides, 1, 1_000_000)
+    levels, count = checked_whole("refine", refine, 0, MOST_REFINED), checked_workers(workers)
+    begin = time.perf_counter()
+    starts = Starts(gait, memory, tuple(axes), parameter, most, count)
+    total = math.prod(len(axis) for axis in axes.values())
+    with progress_bar("following starts", total, show=progress) as tick:
+        grid, fates, steps, simulated = refined(list(axes.values()), starts, levels, tick)
+    axes = dict(zip(axes, grid, strict=True))
+    found = as_dataset(starts, axes, fates, steps, simulated)
+    at = {name: float(gait.point[gait.system.place_of(name)]) for name in axes if name != "slope_deg"}
+    about = {"memory": memory, "most_strides": most, "seconds": time.perf_counter() - begin, "gait": json.dumps(at)}
+    return found.assign_attrs(provenance(gait.animal, {}) | about | {"title": f"Basins of {gait!r}"})
+
+
+def checked_axes(gait: Gait, over: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], str | None]:
+    """Return the coordinates, and which of them is a parameter, if one is."""
+    if not isinstance(over, Mapping) or not 1 <= len(over) <= 2:
+        raise ValueError(f"over = {shown(over)}: must be one or two coordinates with their values")
+    axes, parameters, state = {}, [], state_names(gait.system, gait.point)
+    for name, values in over.items():
+        axis = np.asarray(values, dtype=float) if _is_numbers(values) else np.zeros(0)
+        if axis.ndim != 1 or not 1 <= len(axis) <= LONGEST_AXIS or not np.all(np.diff(axis) > 0.0):
+            raise ValueError(f"over[{name!r}] = {shown(values)}: must be rising numbers")
+        if not np.all(np.isfinite(axis)) or (name == "speed" and axis[0] <= 0.0):
+            raise ValueError(f"over[{name!r}] = {shown(values)}: must be finite numbers, speeds above 0")
+        if name in START and name not in state:
+            raise ValueError(f"over: {name!r} must be one of {', '.join(state)}, or a parameter")
+        if name not in state:
+            with_value(gait.system, gait.point, name, float(axis[0]))
+            parameters.append(name)
+        axes[str(name)] = axis
+    if len(parameters) > 1:
+        raise ValueError(f"over = {', '.join(parameters)}: must be a coordinate of the start, at least one of them")
+    return axes, parameters[0] if parameters else None
+
+
+def _is_numbers(values: ArrayLike) -> bool:
+    try:
+        return np.asarray(values).dtype.kind in "iuf"
+    except ValueError:
+        return False
+
+
+def with_value(system: System, p: Floats, name: str, value: float) -> Floats:
+    """Return all parameters with another value of one, SI units, and what the animal's laws tie to it."""
+    direction, changed = system.direction(name), p.copy()
+    if name in ("slope", "slope_deg", "desired_speed"):
+        animal, slope = system.animal, math.radians(value) if name == "slope_deg" else value
+        if name != "desired_speed":
+            changed[PLACES["slope"]], value = slope, animal.desired_speed(slope)
+        changed[PLACES["desired_speed"]] = value
+        changed[PLACES["step_duration"]] = animal.step_law(value)
+        return changed
+    return changed + direction * (value - p[system.place_of(name)])
+
+
+class Starts:
+    """Starts in the plane of some coordinates, and where they settle.
+
+    Parameters
+    ----------
+    gait, memory
+        See `basin`.
+    names, parameter
+        The coordinates, and which of them is a parameter.
+    most, workers
+        Most strides; threads.
+    """
+
+    def __init__(
+        self, gait: Gait, memory: str, names: Sequence[str], parameter: str | None, most: int, workers: int
+    ) -> None:
+        self.system, self.names, self.parameter, self.most, self.workers = gait.system, names, parameter, most, workers
+        self.start = gait.point.copy()
+        if memory == "rebuilt" and "Dx" in self.system.state:
+            self.start[[PLACES["Dx"], PLACES["Dy"]]] = 0.0, self.system.step_length
+        self.gait = attractor(self.system, gait.point, gait.strides if self.system.period > 1 else 1)
+        if not self.gait.within:
+            size = float(np.max(np.abs(self.gait.multipliers)))
+            raise ValueError(f"gait: must be stable, for starts to lead there; its largest multiplier is {size:.4g}")
+        self.by_value: dict[float, Settling] = {}
+
+    def settling(self, value: float) -> Settling:
+        """Return what settles motions at a value of the parameter; what the gait's own start leads to is first."""
+        if value not in self.by_value:
+            known = [] if self.parameter else [self.gait]
+            self.by_value[value] = Settling(self.system, known, self.most, self.workers)
+            if self.parameter:
+                self.by_value[value](self.at(value, self.start)[None])
+        return self.by_value[value]
+
+    def at(self, value: float, start: Floats) -> Floats:
+        """Return a start at a value of the parameter."""
+        return start if self.parameter is None else with_value(self.system, start, self.parameter, value)
+
+    def __call__(self, points: Floats, tick: Callable[[int], None]) -> tuple[Ints, Ints]:
+        """Return where some points, ``(M, D)``, settle, and after how many steps that is known."""
+        fates, steps = np.zeros(len(points), np.int64), np.zeros(len(points), np.int64)
+        column = self.names.index(self.parameter) if self.parameter else -1
+        values = points[:, column] if self.parameter else np.zeros(len(points))
+        for value in np.unique(values):
+            rows = np.flatnonzero(values == value)
+            for some in np.split(rows, range(CHUNK, len(rows), CHUNK)):
+                p = np.repeat(self.at(float(value), self.start)[None], len(some), axis=0)
+                for n, name in enumerate(self.names):
+                    if name != self.parameter:
+                        p[:, self.system.direction(name) != 0.0] = points[some, n, None]
+                fates[some], steps[some] = self.settling(float(value))(p)
+                tick(len(some))
+        return fates, steps
+
+
+def refined(
+    axes: list[Floats], starts: Starts, levels: int, tick: Callable[[int], None]
+) -> tuple[list[Floats], Ints, Ints, NDArray[np.bool_]]:
+    """Follow all points of a grid, and then those between neighbours that differ, halving it so often."""
+    shape = tuple(map(len, axes))
+    fates, steps = (a.reshape(shape) for a in starts(grid_of(axes), tick))
+    simulated = np.ones(shape, dtype=bool)
+    for _ in range(levels):
+        between = [np.sort(np.append(axis, 0.5 * (axis[1:] + axis[:-1]))) for axis in axes]
+        index = [np.arange(len(axis)) for axis in between]
+        sides = [[i // 2, (i + 1) // 2] for i in index]
+        corners = [np.ix_(*choice) for choice in product(*sides)]
+        around = np.array([fates[corner] for corner in corners])
+        known = np.zeros(tuple(map(len, between)), dtype=bool)
+        known[tuple(slice(None, None, 2) for _ in axes)] = True
+        todo = ~known & np.any(around != around[0], axis=0)
+        simulated = np.where(known, simulated[corners[0]], todo)
+        steps = np.ceil(np.mean([steps[corner] for corner in corners], axis=0)).astype(np.int64)
+        fates, axes = around[0], between
+        fates[todo], steps[todo] = starts(grid_of(axes)[todo.ravel()], tick)
+    return axes, fates, steps, simulated
+
+
+def grid_of(axes: Sequence[Floats]) -> Floats:
+    """Return the points of a grid, ``(M, D)``."""
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+
+def numbered(starts: Starts, values: Sequence[float]) -> tuple[list[list[Attractor | None]], list[dict[int, int]]]:
+    """Give attractors at neighbouring values of a parameter the same number, where they are close.
+
+    Returns
+    -------
+    table, names
+        At each value, the attractors by number, None where there is none; and the number of each of its own.
+    """
+    table: list[list[Attractor | None]] = []
+    names: list[dict[int, int]] = []
+    latest: list[Attractor] = []
+    for value in values:
+        own: dict[int, int] = {}
+        for n, one in enumerate(starts.settling(value).found):
+            off = [
+                float(np.max(np.abs(one.moments[0] - other.moments[0])))
+                if len(one.moments) == len(other.moments) and k not in own.values()
+                else math.inf
+                for k, other in enumerate(latest)
+            ]
+            best = int(np.argmin(off)) if off and min(off) < FAR else len(latest)
+            latest[best : best + 1] = [one]
+            own[n] = best
+        names.append(own)
+        table.append([None if k not in own.values() else latest[k] for k in range(len(latest))])
+    return [row + [None] * (len(latest) - len(row)) for row in table], names
+
+
+def as_dataset(
+    starts: Starts, axes: dict[str, Floats], fates: Ints, steps: Ints, simulated: NDArray[np.bool_]
+) -> xr.Dataset:
+    """Return what was found out, as a dataset."""
+    parameter = starts.parameter
+    values = axes[parameter].tolist() if parameter else [0.0]
+    table, names = numbered(starts, values)
+    which, dims = fates.copy(), tuple(axes)
+    for n, own in enumerate(names):
+        index: list[Any] = [slice(None)] * which.ndim
+        if parameter:
+            index[dims.index(parameter)] = n
+        part, old = which[tuple(index)], fates[tuple(index)]
+        for local, number in own.items():
+            part[old == local] = number
+    count = len(table[0])
+    sizes = [np.gradient(axis) if len(axis) > 1 else np.ones(1) for axis in axes.values()]
+    for size in sizes:
+        size[[0, -1]] *= 0.5 if len(size) > 1 else 1.0
+    cells = np.prod(np.ix_(*sizes), axis=0) if len(sizes) == 1 else sizes[0][:, None] * sizes[1]
+    areas = [float(cells[which == n].sum()) for n in range(count)]
+    over = ("attractor", parameter) if parameter else ("attractor",)
+
+    def row(of: Callable[[Attractor], float]) -> Floats:
+        found = np.array([[math.nan if one is None else of(one) for one in line] for line in table]).T
+        return found if parameter else found[:, 0]
+
+    flags = {"flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())}
+    words = "number of the attractor; below zero, " + ", ".join(f"{n}: {word}" for n, word in FATES.items())
+    return xr.Dataset(
+        {
+            "settles_on": (dims, which.astype(np.int16), {"long_name": words} | flags),
+            "steps": (dims, steps.astype(np.int32), {"units": "1", "long_name": "steps after which that is known"}),
+            "simulated": (dims, simulated, {"long_name": "whether it was simulated, and not filled in"}),
+            "attractor_speed": (
+                over,
+                row(lambda one: float(one.point[PLACES["speed"]])),
+                {"units": "m/s", "long_name": "speed at the start of a step"},
+            ),
+            "attractor_heading": (
+                over,
+                row(lambda one: float(one.point[PLACES["heading"]])),
+                {"units": "rad", "long_name": "heading at the start of a step"},
+            ),
+            "attractor_periods": (
+                over,
+                row(lambda one: len(one.moments)),
+                {"units": "1", "long_name": "periods after which it repeats itself"},
+            ),
+            "attractor_multiplier": (
+                over,
+                row(lambda one: float(np.max(np.abs(one.multipliers), initial=0.0))),
+                {"units": "1", "long_name": "largest multiplier"},
+            ),
+            "area": (
+                "attractor",
+                areas,
+                {"long_name": "area of the starts that settle on it"},
+            ),
+        },
+        {name: (name, axis, {"units": unit_of(name), "long_name": name}) for name, axis in axes.items()},
+    )

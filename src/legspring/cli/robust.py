@@ -1,0 +1,110 @@
+"""Commands that say what a gait survives."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from legspring.cli.options import (
+    Actuation,
+    AnimalName,
+    ApexHeight,
+    Asymmetric,
+    Branch,
+    Energy,
+    Family,
+    FigureFile,
+    Heading,
+    Json,
+    LateralDrift,
+    MeanSpeed,
+    Slope,
+    Speed,
+    check_figure,
+    integer,
+    parse_over,
+)
+from legspring.cli.outputs import draws, save, save_dataset
+from legspring.cli.program import app, patience
+from legspring.cli.subjects import choose_gait, search_at
+from legspring.printing import describe_basin, print_basin, print_json
+
+Dataset = Annotated[
+    Path | None, typer.Option("--out", metavar="FILE", help="Save the dataset: .nc (netCDF) or .mat (MATLAB).")
+]
+OverStarts = Annotated[
+    list[str],
+    typer.Option(
+        "--over",
+        metavar="NAME=START:STOP:STEP",
+        help="What varies, once or twice: speed, heading, Dx, ..., or a parameter; or numbers separated by commas. "
+        "SI units.",
+    ),
+]
+
+
+@app.command()
+def basin(
+    animal: AnimalName,
+    over: OverStarts,
+    slope: Slope = None,
+    heading: Heading = None,
+    branch: Branch = None,
+    family: Family = None,
+    actuation: Actuation = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    asymmetric: Asymmetric = False,
+    memory: Annotated[
+        str,
+        typer.Option(metavar="WORD", help="Old feet: kept, where the gait has them, or rebuilt, as by the thesis."),
+    ] = "kept",
+    most_strides: Annotated[
+        int, typer.Option(parser=integer, metavar="NUMBER", help="Strides after which a start counts as neither.")
+    ] = 400,
+    refine: Annotated[
+        int, typer.Option(parser=integer, metavar="NUMBER", help="How often to halve the grid along the basin's edge.")
+    ] = 0,
+    out: Dataset = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Find out which starts lead to a gait, and where the others go.
+
+    Example: legspring basin cockroach --slope 15 --heading 0.2 --over speed=0.1:1.5:0.05 --over heading=-1.5:1.5:0.1
+    """
+    check_outputs(out, figure)
+    axes = parse_over(over) or {}
+    found = search_at(
+        animal,
+        slope,
+        heading,
+        family,
+        actuation,
+        None,
+        asymmetric,
+        speed=speed,
+        mean_speed=mean_speed,
+        energy=energy,
+        apex_height=apex_height,
+        lateral_drift=lateral_drift,
+    )
+    gait = choose_gait(found, slope, heading, branch)
+    with patience("loading"):
+        from legspring.basins import basin
+    dataset = basin(gait, axes, memory=memory, most_strides=most_strides, refine=refine, progress=sys.stderr.isatty())
+    print_json(describe_basin(dataset)) if as_json else print_basin(gait, dataset)
+    save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_basin", dataset)))
+
+
+def check_outputs(out: Path | None, figure: Path | None) -> None:
+    """Make sure that what is wanted can be saved."""
+    check_figure(figure)
+    if out is not None:
+        from legspring.files import check_output
+
+        check_output(out, [".nc", ".mat"])

@@ -1,0 +1,78 @@
+"""Figures of basins: which starts lead to a gait, and how soon."""
+
+import json
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from legspring.checks import shown
+from legspring.drawing.style import COLOURS, PAGE, label, new_figure, sequential, styled
+from legspring.figures.maps import edges
+from legspring.settling import words_of
+
+ELSEWHERE = ("0.35", "0.5", "0.62", "0.74", "0.84", "0.9", "0.95")
+"""Colours of what does not settle, by its number, from -1 down."""
+
+
+@styled
+def draw_basin(dataset: xr.Dataset) -> Figure:
+    """Draw where starts lead to, a colour for each attractor, and after how many steps that is known.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.basin`, or its file opened with xarray.
+
+    Raises
+    ------
+    ValueError
+        For something else.
+    """
+    if not {"settles_on", "steps"} <= set(map(str, dataset.data_vars)):
+        raise ValueError(f"dataset = {shown(type(dataset).__name__)}: must be one of legspring.basin")
+    axes_names = [str(name) for name in dataset["settles_on"].dims]
+    figure = new_figure(PAGE, 0.42 * PAGE if len(axes_names) == 2 else 0.25 * PAGE)
+    if len(axes_names) == 1:
+        draw_line(figure.subplots(), dataset, axes_names[0])
+        return figure
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    x, y = axes_names
+    fates, steps = (dataset[name].transpose(y, x).values for name in ("settles_on", "steps"))
+    across, up = (edges(dataset[name].values) for name in (x, y))
+    colours = colours_of(fates)
+    bounds = np.append(np.array(list(colours)) - 0.5, max(colours) + 0.5)
+    left.pcolormesh(
+        across, up, fates, cmap=ListedColormap(list(colours.values())), norm=BoundaryNorm(bounds, len(colours))
+    )
+    mesh = right.pcolormesh(across, up, np.where(fates >= 0, steps, np.nan), cmap=sequential())
+    figure.colorbar(mesh, ax=right, label="steps until it is near")
+    start = json.loads(str(dataset.attrs.get("gait", "{}")))
+    for panel in (left, right):
+        panel.set(xlabel=label(dataset[x].attrs, x), ylabel=label(dataset[y].attrs, y))
+        if x in start and y in start:
+            panel.plot(start[x], start[y], "*", color="white", markeredgecolor="black", markersize=7)
+    right.label_outer()
+    handles = [Patch(color=colour, label=words_of(dataset, n)) for n, colour in sorted(colours.items(), reverse=True)]
+    star = Line2D([], [], linestyle="", marker="*", color="white", markeredgecolor="black", markersize=7, label="gait")
+    figure.legend(handles=[*handles, star], loc="outside upper center", ncols=5)
+    return figure
+
+
+def draw_line(axes: Axes, dataset: xr.Dataset, name: str) -> None:
+    """Draw steps along one coordinate, a colour for each attractor."""
+    fates, values = dataset["settles_on"].values, dataset[name].values
+    for n, colour in sorted(colours_of(fates).items(), reverse=True):
+        there = fates == n
+        axes.plot(values[there], dataset["steps"].values[there], ".", color=colour, label=words_of(dataset, n))
+    axes.set(xlabel=label(dataset[name].attrs, name), ylabel="steps until that is known")
+    axes.legend()
+
+
+def colours_of(fates: np.ndarray) -> dict[int, str]:
+    """Return a colour for each number that occurs, in rising order."""
+    return {int(n): COLOURS[int(n) % len(COLOURS)] if n >= 0 else ELSEWHERE[-int(n) - 1] for n in np.unique(fates)}
