@@ -64,3 +64,12 @@ def best_of(optima: xr.Dataset) -> xr.Dataset:
     best = optima.isel(family=value.argmin("family"))
     family = best["family"].astype(object).where(np.isfinite(value.min("family")), "")
     return best.drop_vars("family").assign(family=family)
+
+
+def made_up_limits() -> xr.Dataset:
+    """Gaits of one family at 0.1 rad, as far as 0.15 to 0.18 rad, and none of the other, for one objective."""
+    limit, there = np.full((1, 2, 3, 2, 2), np.nan), np.zeros((1, 2, 3, 2), dtype=bool)
+    limit[0, 0, :, 0, 1], there[0, 0, :, 0] = (0.15, 0.16, 0.18), True
+    dims = ("objective", "family", "slope_deg", "heading")
+    coords = {"slope_deg": [0.0, 10.0, 20.0], "heading": [0.1, 0.2], "family": ["A", "B"], "objective": ["stability"]}
+    return xr.Dataset({"limit": ((*dims, "axis"), limit), "exists": (dims, there)}, coords)

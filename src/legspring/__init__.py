@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from legspring.optima import optimal_atlas as optimal_atlas
     from legspring.optimisation import optimize as optimize
     from legspring.optimisation import trade_off as trade_off
+    from legspring.pushing import pushes as pushes
     from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
@@ -53,6 +54,7 @@ _HOMES = {
     "parameters": "varied",
     "optimize": "optimisation",
     "presets": "model",
+    "pushes": "pushing",
     "search_gaits": "solve",
     "simulate": "simulation",
     "trade_off": "optimisation",

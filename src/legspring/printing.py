@@ -153,6 +153,37 @@ def print_basin(gait: "Gait", dataset: "xr.Dataset") -> None:
     print_rows(rows)
 
 
+def describe_pushes(dataset: "xr.Dataset") -> list[dict[str, Any]]:
+    """Return the largest impulse that is survived, for each direction and moment."""
+    steps = dataset["recovery_steps"].isel(impulse=0).values
+    return [
+        {
+            "direction": float(dataset["direction"][row]),
+            "moment": float(dataset["moment"][column]),
+            "survived": float(dataset["survived"][row, column]),
+            "lost": float(dataset["lost"][row, column]),
+            "recovery_steps": float(steps[row, column]),
+        }
+        for row in range(dataset.sizes["direction"])
+        for column in range(dataset.sizes["moment"])
+    ]
+
+
+def print_pushes(gait: "Gait", dataset: "xr.Dataset") -> None:
+    """Print the largest impulses that are survived: in each direction, the least over the moments of a stride."""
+    least, most = float(dataset["impulse"][0]), float(dataset["impulse"][-1])
+    print(f"{gait!r}: pushes up to {most:g} m v_des at {dataset.sizes['moment']} moments of a stride")
+    rows = [("direction (deg)", "survives at any moment", "at the moment", f"steps back from {least:g}")]
+    for n, direction in enumerate(dataset["direction"].values):
+        survived, steps = dataset["survived"].values[n], dataset["recovery_steps"].values[n, :, 0]
+        worst, back = int(survived.argmin()), [step for step in steps if math.isfinite(step)]
+        bound = "" if math.isfinite(dataset["lost"].values[n, worst]) else " or more"
+        back_words = f"{min(back):.0f} to {max(back):.0f}" if back else "-"
+        moment = f"{float(dataset['moment'][worst]):.3f}" if not bound else "-"
+        rows.append((f"{math.degrees(direction):.0f}", f"{survived[worst]:.3f}{bound}", moment, back_words))
+    print_rows(rows)
+
+
 def print_rows(rows: Sequence[tuple[str, ...]]) -> None:
     """Print rows in columns that line up."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.flow import NO_PUSH, flow, flows
+from legspring.flow import NO_PUSH, NO_PUSHES, flow, flows
 from legspring.kernel.pack import DESIRED_SPEED, STEP_DURATION
-from legspring.kernel.settle import FAILS, FALLS, LONGEST, REPEATS, RUNS_AWAY, STOPS, UNDECIDED, settle
+from legspring.kernel.settle import FAILS, FALLS, LONGEST, NEAR, REPEATS, RUNS_AWAY, STOPS, UNDECIDED, settle
 from legspring.kernel.walker import OK, Floats, Ints, new_tape
 from legspring.layout import System
+from legspring.measures.robustness import ANGLE
 from legspring.parallel import in_threads
 from legspring.returnmap import seen_at, signs, state_names
 
@@ -34,8 +35,6 @@ FATES = {
     OTHER_ENERGY: "keeps another energy",
 }
 """What becomes of motions that do not settle."""
-NEAR = 1e-2
-"""Farthest from a gait that counts as being back; velocities by the desired speed, displacements by that of a step."""
 RADII = (1.0, 0.3, 0.1, 0.03, 0.01, 1e-3)
 """Neighbourhoods that are tried, by that."""
 SAMPLES, SEED = 128, 0
@@ -69,13 +68,12 @@ class Attractor:
 def moments(system: System, p: Floats, states: Floats) -> Floats:
     """Return what is seen of motions at the ends of periods, as if their steps mirrored one another: ``(N, K, d)``.
 
-    Velocity by the desired speed, displacement over the period by that of as many steps, and yaw and yaw rate; where
-    all directions are alike, as seen from the body. One set of parameters has these units.
+    Velocity, displacement over the period, and yaw and yaw rate, in the units of one set of parameters (see
+    `units_of`); where all directions are alike, as seen from the body.
     """
-    every, speed, duration = states[:, :: system.period], p[DESIRED_SPEED], p[STEP_DURATION]
-    velocity, way = every[:, 1:, 2:4] / speed, np.diff(every[:, :, :2], axis=1)
-    way = way / (system.period * speed * duration)
-    turns = [every[:, 1:, 4], every[:, 1:, 5] * duration] if system.yaws else []
+    every, units = states[:, :: system.period], units_of(system, p)
+    velocity, way = every[:, 1:, 2:4], np.diff(every[:, :, :2], axis=1)
+    turns = [every[:, 1:, 4], every[:, 1:, 5] / units[3]] if system.yaws else []
     if system.isotropic:
         cosine, sine = np.cos(turns[0])[..., None], np.sin(turns[0])[..., None]
         turns[0] = np.zeros_like(turns[0])
@@ -83,11 +81,24 @@ def moments(system: System, p: Floats, states: Floats) -> Floats:
             np.concatenate([cosine * a[..., :1] + sine * a[..., 1:], cosine * a[..., 1:] - sine * a[..., :1]], axis=-1)
             for a in (velocity, way)
         )
+    velocity, way = velocity / units[:2], way / units[2]
     seen = np.concatenate([velocity, way, *(turn[..., None] for turn in turns)], axis=-1)
     if system.flips:
         mirrored = np.array([-1.0, 1.0, -1.0, 1.0, *[-1.0] * len(turns)])
         seen[:, ::2] *= mirrored
     return seen
+
+
+def units_of(system: System, p: Floats) -> Floats:
+    """Return the units of velocities (x, y), ways and yaw rates, SI.
+
+    Speeds are counted by the desired one, and across the way by the part of it that a change of heading by 0.15 rad
+    is, as recoveries count distances.
+    """
+    speed, duration = float(p[DESIRED_SPEED]), float(p[STEP_DURATION])
+    across = speed * math.tan(ANGLE)
+    velocity = [speed, across] if system.animal.sagittal else [across, speed]
+    return np.array([*velocity, system.period * speed * duration, 1.0 / duration])
 
 
 def attractor(system: System, p: Floats, periods: int = 1) -> Attractor:
@@ -104,10 +115,13 @@ def attractor(system: System, p: Floats, periods: int = 1) -> Attractor:
     return Attractor(bare.moments, neighbourhood(system, bare, names), p, multipliers)
 
 
-def image(system: System, p: Floats, names: Sequence[str], periods: int) -> tuple[Floats, Floats]:
-    """Map the complete state over some periods; return it, and the Jacobian."""
+def image(
+    system: System, p: Floats, names: Sequence[str], periods: int, push: Floats = NO_PUSHES
+) -> tuple[Floats, Floats]:
+    """Map the complete state over some periods, after a push if there is one; return it, and the Jacobian."""
     steps, everything = periods * system.period, bool(system.contacts)
-    seen = flow(system, p, steps=steps, along=list(names), everything=everything).seen
+    knots = push[0] if len(push) else NO_PUSH
+    seen = flow(system, p, steps=steps, along=list(names), everything=everything, push=knots).seen
     out = seen[[seen_at(system, name) for name in names]] * signs(system, names)[:, None] ** periods
     return out[:, 0], out[:, 1:]
 
@@ -122,7 +136,8 @@ def neighbourhood(system: System, one: Attractor, names: Sequence[str]) -> float
         return 0.0
     if "energy" in system.conserved:
         return ALIKE
-    periods = len(one.moments) * (3 + math.ceil(math.log(0.2) / math.log(max(largest, 1e-3))))
+    # What goes in the end may grow before: the time for a hundredth, and not that for a half.
+    periods = len(one.moments) * (3 + math.ceil(math.log(0.01) / math.log(max(largest, 1e-3))))
     units = np.array([unit_of(one.point, name) for name in names])[:, None] * system.along(names)
     rng = np.random.default_rng(SEED)
     beside = rng.uniform(-1.0, 1.0, (SAMPLES, len(names)))
@@ -141,7 +156,7 @@ def unit_of(p: Floats, name: str) -> float:
     """Return the unit in which moments count a coordinate of the state."""
     quantity, speed, duration = name.rpartition(".")[2], float(p[DESIRED_SPEED]), float(p[STEP_DURATION])
     lengths = dict.fromkeys(("Dx", "Dy", "foot_x", "foot_y"), speed * duration)
-    return (lengths | {"speed": speed, "yaw_rate": 1.0 / duration}).get(quantity, 1.0)
+    return (lengths | {"speed": speed, "heading": math.tan(ANGLE), "yaw_rate": 1.0 / duration}).get(quantity, 1.0)
 
 
 def distance(seen: Floats, one: Attractor) -> Floats:
@@ -171,55 +186,67 @@ class Settling:
         self.system, self.found, self.workers = system, list(known), workers
         self.most = most * system.cycle // system.period
 
-    def __call__(self, p: Floats) -> tuple[Ints, Ints]:
-        """Return on what each of some starts settles, or its fate, and after how many steps that is known."""
-        fates, periods, lags = self._followed(p)
+    def __call__(self, p: Floats, pushes: Floats = NO_PUSHES, first: int = 1) -> tuple[Ints, Ints]:
+        """Return on what each of some starts settles, or its fate, and after how many steps that is known.
+
+        Each may be pushed; it is judged from the end of the first period on, or of another one.
+        """
+        fates, periods, lags = self._followed(p, pushes, first)
         while len(rest := np.flatnonzero(fates == REPEATS)):
             if "energy" in self.system.conserved:
                 fates[rest] = OTHER_ENERGY
                 break
             # What the first of them settles on is known from now on: whoever else does is judged by that.
-            first = rest[0]
-            self.found.append(self._met(p[first], int(periods[first]), int(lags[first])))
-            fates[rest], periods[rest], lags[rest] = self._followed(p[rest])
-            if fates[first] == REPEATS:
-                fates[first] = len(self.found) - 1
+            row = int(rest[0])
+            push = pushes[row : row + 1]
+            self.found.append(self._met(p[row], push, int(periods[row]), int(lags[row])))
+            fates[rest], periods[rest], lags[rest] = self._followed(p[rest], pushes[rest] if len(push) else push, first)
+            if fates[row] == REPEATS:
+                fates[row] = len(self.found) - 1
         return fates, periods * self.system.period
 
-    def _met(self, p: Floats, periods: int, lag: int) -> Attractor:
+    def _met(self, p: Floats, push: Floats, periods: int, lag: int) -> Attractor:
         """Return what a motion has settled on after so many periods."""
         system = self.system
         names, start = state_names(system, p), p.copy()
-        for name, value in zip(names, image(system, p, names, periods)[0], strict=True):
+        for name, value in zip(names, image(system, p, names, periods, push)[0], strict=True):
             start[system.direction(name) != 0.0] = value
         return attractor(system, start, lag)
 
-    def _followed(self, p: Floats) -> tuple[Ints, Ints, Ints]:
+    def _followed(self, p: Floats, pushes: Floats, first: int) -> tuple[Ints, Ints, Ints]:
         """Follow some starts."""
         count = max(1, min(self.workers, len(p)))
         cuts = [len(p) * n // count for n in range(count + 1)]
-        parts = in_threads(self._follow, [p[a:b] for a, b in pairwise(cuts)], count)
+
+        def follow(rows: slice) -> tuple[Ints, Ints, Ints]:
+            return self._follow(p[rows], pushes[rows], first)
+
+        parts = in_threads(follow, [slice(*ends) for ends in pairwise(cuts)], count)
         fates, periods, lags = (np.concatenate(some) for some in zip(*parts, strict=True))
         return fates, periods, lags
 
-    def _follow(self, p: Floats) -> tuple[Ints, Ints, Ints]:
+    def _follow(self, p: Floats, pushes: Floats, first: int) -> tuple[Ints, Ints, Ints]:
         system, size = self.system, 6 if self.system.yaws else 4
         sizes = np.array([len(one.moments) for one in self.found], dtype=np.int64)
         known = np.zeros((len(sizes), int(max(sizes, default=1)), size))
         for one, room in zip(self.found, known, strict=True):
             room[: len(one.moments)] = one.moments
         within = np.array([one.within for one in self.found], dtype=float)
-        walker, length = system.walker(0, NO_PUSH), float(p[0, DESIRED_SPEED] * p[0, STEP_DURATION])
+        walker = system.walker(0, np.zeros(pushes.shape[1:]))
+        # The kernel counts time in step durations.
+        units = units_of(system, p[0]) * np.array([p[0, STEP_DURATION]] * 2 + [1.0, p[0, STEP_DURATION]])
         fates, periods, lags = (np.zeros(len(p), np.int64) for _ in range(3))
         settle(
             walker,
             new_tape(0, 0, walker),
             np.ascontiguousarray(p),
+            np.ascontiguousarray(pushes),
+            first,
             self.most,
             system.period,
             system.flips,
             system.isotropic,
-            np.array([length, system.period * length, 1.0]),
+            units,
             system.error_scale(),
             known,
             sizes,

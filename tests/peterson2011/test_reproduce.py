@@ -18,7 +18,7 @@ from legspring.peterson2011.figures.beyond import BEYOND
 from legspring.peterson2011.reproduce import TABLES, reproduce
 from legspring.peterson2011.store import DATA, Store
 from legspring.sweep import HEADINGS, SLOPES_DEG
-from tests.made_up import made_up_optima
+from tests.made_up import made_up_limits, made_up_optima
 
 
 class Calls(list[str]):
@@ -35,6 +35,7 @@ def calls() -> Any:
     with pytest.MonkeyPatch.context() as patch:
         noted = Calls()
         patch.setattr(module, "optimal_atlas", noted.optimal_atlas)
+        patch.setattr(module, "limits", lambda *_: made_up_limits())
         yield noted
 
 
@@ -107,6 +108,7 @@ def test_the_method_of_the_thesis_and_a_fresh_start(thesis: Path, calls: Calls, 
     assert len(calls) == count + 1
 
 
+@pytest.mark.long
 def test_further_starts_of_the_thesiss_search(thesis: Path, calls: Calls) -> None:
     before = len(calls)
     reproduce(thesis, starts=2)

@@ -23,12 +23,13 @@ from legspring.cli.options import (
     Speed,
     check_figure,
     integer,
+    parse_grid,
     parse_over,
 )
 from legspring.cli.outputs import draws, save, save_dataset
 from legspring.cli.program import app, patience
 from legspring.cli.subjects import choose_gait, search_at
-from legspring.printing import describe_basin, print_basin, print_json
+from legspring.printing import describe_basin, describe_pushes, print_basin, print_json, print_pushes
 
 Dataset = Annotated[
     Path | None, typer.Option("--out", metavar="FILE", help="Save the dataset: .nc (netCDF) or .mat (MATLAB).")
@@ -99,6 +100,42 @@ def basin(
     dataset = basin(gait, axes, memory=memory, most_strides=most_strides, refine=refine, progress=sys.stderr.isatty())
     print_json(describe_basin(dataset)) if as_json else print_basin(gait, dataset)
     save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_basin", dataset)))
+
+
+@app.command()
+def push(
+    animal: AnimalName,
+    slope: Slope = None,
+    heading: Heading = None,
+    branch: Branch = None,
+    family: Family = None,
+    actuation: Actuation = None,
+    speed: Speed = None,
+    asymmetric: Asymmetric = False,
+    directions: Annotated[
+        int, typer.Option(parser=integer, metavar="NUMBER", help="How many directions, all around.")
+    ] = 24,
+    moments: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="How many moments of a stride.")] = 16,
+    impulses: Annotated[
+        str, typer.Option(metavar="START:STOP:STEP", help="Sizes that are tried, m v_des; or separated by commas.")
+    ] = "0.25:5:0.25",
+    out: Dataset = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Find the largest push that a gait survives, in every direction and at every moment of a stride.
+
+    Example: legspring push cockroach --slope 15 --heading 0.2 --figure pushes.png
+    """
+    check_outputs(out, figure)
+    sizes = parse_grid("--impulses", impulses)
+    found = search_at(animal, slope, heading, family, actuation, None, asymmetric, speed=speed)
+    gait = choose_gait(found, slope, heading, branch)
+    with patience("loading"):
+        from legspring.pushing import pushes
+    dataset = pushes(gait, directions=directions, moments=moments, impulses=sizes, progress=sys.stderr.isatty())
+    print_json(describe_pushes(dataset)) if as_json else print_pushes(gait, dataset)
+    save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_pushes", dataset)))
 
 
 def check_outputs(out: Path | None, figure: Path | None) -> None:

@@ -1,4 +1,4 @@
-"""Figures of basins: which starts lead to a gait, and how soon."""
+"""Figures of basins and of pushes: from where a gait comes back, and how soon."""
 
 import json
 
@@ -60,6 +60,50 @@ def draw_basin(dataset: xr.Dataset) -> Figure:
     handles = [Patch(color=colour, label=words_of(dataset, n)) for n, colour in sorted(colours.items(), reverse=True)]
     star = Line2D([], [], linestyle="", marker="*", color="white", markeredgecolor="black", markersize=7, label="gait")
     figure.legend(handles=[*handles, star], loc="outside upper center", ncols=5)
+    return figure
+
+
+@styled
+def draw_pushes(dataset: xr.Dataset, impulse: float | None = None) -> Figure:
+    """Draw the largest push that is survived, over its direction and its moment, and how soon the gait is back.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.pushes`, or its file opened with xarray.
+    impulse
+        For which to show how soon; by default the smallest.
+
+    Raises
+    ------
+    ValueError
+        For something else, or an impulse that was not tried.
+    """
+    if not {"survived", "recovery_steps"} <= set(map(str, dataset.data_vars)):
+        raise ValueError(f"dataset = {shown(type(dataset).__name__)}: must be one of legspring.pushes")
+    sizes = dataset["impulse"].values
+    size = float(sizes[0] if impulse is None else impulse)
+    if not np.isclose(sizes, size).any():
+        raise ValueError(f"impulse = {size:g}: must be one of {', '.join(f'{one:g}' for one in sizes)}")
+    figure = new_figure(PAGE, 0.45 * PAGE)
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    across, up = edges(dataset["moment"].values), edges(np.degrees(dataset["direction"].values))
+    steps = dataset["recovery_steps"].sel(impulse=size, method="nearest").values
+    words = ("largest impulse survived (m v_des)", f"steps until it is back from {size:g} m v_des")
+    for axes, values, about in zip(panels, (dataset["survived"].values, steps), words, strict=True):
+        mesh = axes.pcolormesh(across, up, values, cmap=sequential())
+        figure.colorbar(mesh, ax=axes, label=about)
+        axes.set_xlabel("part of the stride at which it begins")
+    panels[0].set(ylabel="direction (deg), 0: to the right, 90: ahead", yticks=range(0, 360, 90))
+    whole = dataset["lost"].isnull().values
+    if whole.any():
+        panels[0].contourf(
+            dataset["moment"], np.degrees(dataset["direction"]), whole, levels=[0.5, 1.5], colors="none", hatches=["//"]
+        )
+        figure.legend(
+            handles=[Patch(facecolor="white", edgecolor="0.3", hatch="//", label="all that were tried are survived")],
+            loc="outside upper center",
+        )
     return figure
 
 

@@ -2,6 +2,7 @@
 
 import math
 
+from legspring.kernel.contact import copy
 from legspring.kernel.jit import driver, formula, jit
 from legspring.kernel.launch import launch
 from legspring.kernel.many import take_step
@@ -10,6 +11,8 @@ from legspring.kernel.walker import EVALUATIONS, FALLEN, OK, VX, VY, YAW, YAW_RA
 
 FALLS, FAILS, STOPS, RUNS_AWAY, UNDECIDED, REPEATS = -1, -2, -3, -4, -5, -6
 NOT_YET = -100
+NEAR = 1e-2
+"""Farthest from something that counts as being back, by velocities."""
 SLOWEST, FASTEST = 0.01, 100.0
 """Speeds, by the desired one, at which a motion stands still in the end, or runs away."""
 SAME, ROUGHLY, LONGEST = 1e-8, 1e-5, 16
@@ -27,17 +30,17 @@ def see(w: Walker, side: float, turns: bool, units: Floats, out: Floats) -> None
     turns
         Whether directions are those seen from the body.
     units
-        By which velocities, ways and yaw rates are divided.
+        By which velocities (x, y), ways and yaw rates are divided.
     """
     y, yaws = w.y, w.y.shape[0] == 6
     cosine, sine = (math.cos(y[YAW, 0]), math.sin(y[YAW, 0])) if turns else (1.0, 0.0)
-    vx, vy = y[VX, 0] / units[0], y[VY, 0] / units[0]
-    x, h = (y[X, 0] - out[-2]) / units[1], (y[Y, 0] - out[-1]) / units[1]
-    out[0], out[1] = side * (cosine * vx + sine * vy), cosine * vy - sine * vx
+    vx, vy = y[VX, 0], y[VY, 0]
+    x, h = (y[X, 0] - out[-2]) / units[2], (y[Y, 0] - out[-1]) / units[2]
+    out[0], out[1] = side * (cosine * vx + sine * vy) / units[0], (cosine * vy - sine * vx) / units[1]
     out[2], out[3] = side * (cosine * x + sine * h), cosine * h - sine * x
     if yaws:
         out[4] = 0.0 if turns else side * y[YAW, 0]
-        out[5] = side * y[YAW_RATE, 0] / units[2]
+        out[5] = side * y[YAW_RATE, 0] / units[3]
     out[-2], out[-1] = y[X, 0], y[Y, 0]
 
 
@@ -52,6 +55,20 @@ def nearest(seen: Floats, at: int, known: Floats, sizes: Ints, within: Floats) -
             if off <= within[n]:
                 return n
     return NOT_YET
+
+
+@jit
+def first_near(seen: Floats, at: int, count: int, first: int, known: Floats, size: int) -> int:
+    """Return the period since whose end a motion has had nearly the velocity of what it has settled on."""
+    while count > first and count % seen.shape[0] != (at + 1) % seen.shape[0]:
+        before, off = (count - 1) % seen.shape[0], math.inf
+        for shift in range(size):
+            gap = max(abs(seen[before, 0] - known[shift, 0]), abs(seen[before, 1] - known[shift, 1]))
+            off = min(off, gap)
+        if off > NEAR:
+            break
+        count -= 1
+    return count
 
 
 @jit
@@ -82,6 +99,8 @@ def settle(
     w: Walker,
     tape: Tape,
     p: Floats,
+    push: Floats,
+    first: int,
     most: int,
     period: int,
     flips: bool,
@@ -100,10 +119,10 @@ def settle(
 
     Parameters
     ----------
-    w, tape, p, scale
+    w, tape, p, push, scale
         See `legspring.kernel.many.many`.
-    most, period
-        Most periods; steps in each.
+    first, most, period
+        Period from whose end on motions are judged; most periods; steps in each.
     flips, turns, units
         Whether every other period is a mirror image; see `see`.
     known, sizes, within
@@ -120,10 +139,12 @@ def settle(
     for row in range(p.shape[0]):
         w.clock[EVALUATIONS] = 0.0
         tape.counts[0] = tape.counts[1] = 0
+        if push.shape[0] > 0:
+            copy(push[row], w.push)
         launch(p[row], none, w)
         fates[row], periods[row], lags[row] = UNDECIDED, most, 0
         seen[0, -2], seen[0, -1] = w.y[X, 0], w.y[Y, 0]
-        step, at = 0, 0
+        step, at, pace = 0, 0, max(units[0], units[1])
         for count in range(1, most + 1):
             status = OK
             for _ in range(period):
@@ -137,15 +158,18 @@ def settle(
             before, at = at, count % seen.shape[0]
             seen[at, -2], seen[at, -1] = seen[before, -2], seen[before, -1]
             see(w, -1.0 if flips and count % 2 == 1 else 1.0, turns, units, seen[at])
-            speed = math.hypot(seen[at, 0], seen[at, 1])
+            if count < first:
+                continue
+            speed = math.hypot(seen[at, 0] * units[0], seen[at, 1] * units[1]) / pace
             fate = nearest(seen, at, known, sizes, within)
             if fate == NOT_YET and speed > FASTEST:
                 fate = RUNS_AWAY
-            lag = lag_of(seen, at, count) if fate == NOT_YET else 0
+            lag = lag_of(seen, at, count - first) if fate == NOT_YET else 0
             if lag > 0 or count == most:
                 fate = REPEATS if lag > 0 else UNDECIDED if fate == NOT_YET else fate
                 # A step in which nothing moves repeats itself as well.
                 fate = STOPS if speed < SLOWEST else fate
             if fate != NOT_YET:
-                fates[row], periods[row], lags[row] = fate, count, lag
+                since = first_near(seen, at, count, first, known[fate], sizes[fate]) if fate >= 0 else count
+                fates[row], periods[row], lags[row] = fate, since, lag
                 break

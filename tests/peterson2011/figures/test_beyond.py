@@ -14,7 +14,7 @@ from legspring.peterson2011.figures.beyond import BEYOND, most_stable, second_mi
 from legspring.peterson2011.figures.families import of_families
 from legspring.peterson2011.single_leg import map_single_legs
 from legspring.peterson2011.yawing import force_ranges
-from tests.made_up import best_of, made_up_optima
+from tests.made_up import best_of, made_up_limits, made_up_optima
 
 MULTIPLIER, EIGENVALUE = 0.5, 0.25
 
@@ -55,19 +55,10 @@ def sources(roach: ls.Animal, family_lines: xr.Dataset) -> dict[str, Any]:
         ),
         "single_leg": map_single_legs((0.0, 45.0)),
         "surfaces": family_lines,
-        "limits": some_limits(),
+        "limits": made_up_limits(),
         "yawing": yawing,
         "yaw_forces": force_ranges({"one body": yawing, "another body": yawing.isel(branch=[0])}),
     }
-
-
-def some_limits() -> xr.Dataset:
-    """Gaits of one family at 0.1 rad, as far as 0.15 to 0.18 rad, and none of the other, for one objective."""
-    limit, there = np.full((1, 2, 3, 2, 2), np.nan), np.zeros((1, 2, 3, 2), dtype=bool)
-    limit[0, 0, :, 0, 1], there[0, 0, :, 0] = (0.15, 0.16, 0.18), True
-    dims = ("objective", "family", "slope_deg", "heading")
-    coords = {"slope_deg": [0.0, 10.0, 20.0], "heading": [0.1, 0.2], "family": ["A", "B"], "objective": ["stability"]}
-    return xr.Dataset({"limit": ((*dims, "axis"), limit), "exists": (dims, there)}, coords)
 
 
 def test_limits_are_lines_with_names_where_gaits_are(sources: dict[str, Any]) -> None:
