@@ -47,7 +47,9 @@ def gait() -> ls.Gait:
     return ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
 
 
-@pytest.mark.parametrize("command", ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin"])
+@pytest.mark.parametrize(
+    "command", ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin", "push", "rough"]
+)
 def test_every_command_has_help_with_an_example(command: str) -> None:
     result = run(command, "--help")
     assert result.exit_code == 0
@@ -204,6 +206,37 @@ def test_basin(tmp_path: Path) -> None:
         (["--over", "speed=0.2", "--out", "basin.txt"], "must end in .nc, .mat"),
     ):
         assert words in error("basin", "cockroach", *HERE, *options)
+
+
+def test_push(tmp_path: Path) -> None:
+    here = ["push", "cockroach", "--slope", "15", "--heading", "0.2", "--directions", "4", "--moments", "2"]
+    found = records(*here, "--impulses", "1,5")
+    assert len(found) == 8 and all(one["survived"] > 0.0 for one in found)
+    files = [tmp_path / name for name in ("pushes.nc", "pushes.png")]
+    shown = run(*here, "--impulses", "1,5", "--out", files[0], "--figure", files[1]).stdout
+    assert "pushes up to 5 m v_des at 2 moments of a stride" in shown and "270" in shown
+    assert files[1].stat().st_size > 1000
+    with xr.open_dataset(files[0]) as data:
+        assert data["survived"].shape == (4, 2)
+    assert "must be above 0" in error("push", "cockroach", *HERE, "--impulses", "0,1")
+    assert "keeps what it is given" in error("push", "spring_loaded_inverted_pendulum")
+
+
+def test_rough(tmp_path: Path) -> None:
+    here = ["rough", "cockroach", "--slope", "15", "--heading", "0.2", "--with", "slope_deg=20", "--runs", "20"]
+    found = records(*here, "--scales", "0.1,2", "--strides", "20")
+    assert found[0]["survival"] == 1.0 and found[0]["expected_steps"] is None
+    assert found[1]["survival"] < 0.5 and found[1]["expected_steps"] < 60.0
+    files = [tmp_path / name for name in ("rough.nc", "rough.png")]
+    shown = run(*here, "--out", files[0], "--figure", files[1]).stdout
+    assert "20 runs of 200 steps with slope_deg 20 deg" in shown
+    assert all(file.stat().st_size > 1000 for file in files)
+    for options, words in (
+        (["--with", "wind=1"], "must be"),
+        (["--with", "slope_deg"], "must be NAME=AMOUNT"),
+        (["--with", "slope_deg=1", "--correlation", "1"], "must be from 0 to below 1"),
+    ):
+        assert words in error("rough", "cockroach", *HERE, *options)
 
 
 def test_what_branches_off_is_followed_too() -> None:

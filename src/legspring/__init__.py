@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from legspring.optimisation import optimize as optimize
     from legspring.optimisation import trade_off as trade_off
     from legspring.pushing import pushes as pushes
+    from legspring.roughness import rough as rough
     from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
@@ -55,6 +56,7 @@ _HOMES = {
     "optimize": "optimisation",
     "presets": "model",
     "pushes": "pushing",
+    "rough": "roughness",
     "search_gaits": "solve",
     "simulate": "simulation",
     "trade_off": "optimisation",

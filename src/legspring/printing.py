@@ -184,6 +184,30 @@ def print_pushes(gait: "Gait", dataset: "xr.Dataset") -> None:
     print_rows(rows)
 
 
+def describe_rough(dataset: "xr.Dataset") -> list[dict[str, Any]]:
+    """Return how long runs go on, an object for each multiple of the roughness."""
+    names = [f"{name}{end}" for name in ("survival", "expected_steps") for end in ("", "_low", "_high")]
+    names += ["mean_speed", "speed_spread", "mean_heading", "heading_spread"]
+    last = dataset.isel(step=-1)
+    return [
+        {"scale": float(dataset["scale"][n])} | {name: float(last[name][n]) for name in names}
+        for n in range(dataset.sizes["scale"])
+    ]
+
+
+def print_rough(gait: "Gait", dataset: "xr.Dataset") -> None:
+    """Print how many runs go on to the end, and the steps to failure, with their 95 % confidence intervals."""
+    print(f"{gait!r}: {dataset.sizes['run']} runs of {dataset.sizes['step']} steps with {dataset.attrs['roughness']}")
+    rows: list[tuple[str, ...]] = [("multiple", "go on to the end", "steps to failure", "speed (m/s)", "heading (rad)")]
+    for one in describe_rough(dataset):
+        share, low, high = (100.0 * one[f"survival{end}"] for end in ("", "_low", "_high"))
+        least, most = (number(one[f"expected_steps{end}"], 0) for end in ("_low", "_high"))
+        failing = f"{number(one['expected_steps'], 0)} ({least} to {most})" if most != "-" else f"more than {least}"
+        means = [f"{number(one[f'mean_{name}'])} +- {number(one[f'{name}_spread'])}" for name in ("speed", "heading")]
+        rows.append((f"{one['scale']:g}", f"{share:.1f} % ({low:.1f} to {high:.1f})", failing, *means))
+    print_rows(rows)
+
+
 def print_rows(rows: Sequence[tuple[str, ...]]) -> None:
     """Print rows in columns that line up."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

@@ -23,13 +23,23 @@ from legspring.cli.options import (
     Speed,
     check_figure,
     integer,
+    number,
     parse_grid,
+    parse_numbers,
     parse_over,
 )
 from legspring.cli.outputs import draws, save, save_dataset
 from legspring.cli.program import app, patience
 from legspring.cli.subjects import choose_gait, search_at
-from legspring.printing import describe_basin, describe_pushes, print_basin, print_json, print_pushes
+from legspring.printing import (
+    describe_basin,
+    describe_pushes,
+    describe_rough,
+    print_basin,
+    print_json,
+    print_pushes,
+    print_rough,
+)
 
 Dataset = Annotated[
     Path | None, typer.Option("--out", metavar="FILE", help="Save the dataset: .nc (netCDF) or .mat (MATLAB).")
@@ -136,6 +146,82 @@ def push(
     dataset = pushes(gait, directions=directions, moments=moments, impulses=sizes, progress=sys.stderr.isatty())
     print_json(describe_pushes(dataset)) if as_json else print_pushes(gait, dataset)
     save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_pushes", dataset)))
+
+
+@app.command()
+def rough(
+    animal: AnimalName,
+    roughness: Annotated[
+        list[str],
+        typer.Option(
+            "--with",
+            metavar="NAME=AMOUNT",
+            help="What changes from step to step, once or more: slope_deg, height (m), stiffness (of its logarithm), "
+            "phase (rad), late (step durations): standard deviations; miss: a probability.",
+        ),
+    ],
+    slope: Slope = None,
+    heading: Heading = None,
+    branch: Branch = None,
+    family: Family = None,
+    actuation: Actuation = None,
+    speed: Speed = None,
+    energy: Energy = None,
+    asymmetric: Asymmetric = False,
+    runs: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="How many runs.")] = 1000,
+    strides: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="How many strides each.")] = 100,
+    scales: Annotated[
+        str, typer.Option(metavar="START:STOP:STEP", help="Multiples of the roughness; or separated by commas.")
+    ] = "1",
+    distribution: Annotated[str, typer.Option(metavar="WORD", help="normal or uniform.")] = "normal",
+    correlation: Annotated[
+        float, typer.Option(parser=number, metavar="NUMBER", help="From one step to the next, from 0 to below 1.")
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="Of the luck.")] = 0,
+    out: Dataset = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Let a gait run over rough ground, or with bad luck, many times, and see how long it goes on.
+
+    Example: legspring rough cockroach --slope 15 --heading 0.2 --with slope_deg=10 --with miss=0.02 --scales 1,2,3
+    """
+    check_outputs(out, figure)
+    kinds = parse_amounts(roughness)
+    sizes = parse_grid("--scales", scales)
+    gait = choose_gait(
+        search_at(animal, slope, heading, family, actuation, None, asymmetric, speed=speed, energy=energy),
+        slope,
+        heading,
+        branch,
+    )
+    with patience("loading"):
+        from legspring.roughness import rough
+    dataset = rough(
+        gait,
+        kinds,
+        runs=runs,
+        strides=strides,
+        scales=sizes,
+        distribution=distribution,
+        correlation=correlation,
+        seed=seed,
+        progress=sys.stderr.isatty(),
+    )
+    print_json(describe_rough(dataset)) if as_json else print_rough(gait, dataset)
+    save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_rough", dataset)))
+
+
+def parse_amounts(texts: list[str]) -> dict[str, float]:
+    """Read NAME=AMOUNT, each name once."""
+    found: dict[str, float] = {}
+    for text in texts:
+        name, equals, amount = text.partition("=")
+        values = parse_numbers(f"--with {name}", amount) if equals and name not in found else None
+        if values is None or len(values) != 1:
+            raise ValueError(f"--with = {text!r}: must be NAME=AMOUNT, each name once")
+        found[name] = values[0]
+    return found
 
 
 def check_outputs(out: Path | None, figure: Path | None) -> None:

@@ -8,7 +8,7 @@ Importing this package imports matplotlib.
 from legspring.drawing.film import Film, animate
 from legspring.drawing.style import save_figure
 from legspring.figures.animals import draw_animal, draw_animals
-from legspring.figures.basins import draw_basin, draw_pushes
+from legspring.figures.basins import draw_basin, draw_pushes, draw_rough
 from legspring.figures.bifurcations import draw_bifurcations
 from legspring.figures.boundaries import draw_boundaries
 from legspring.figures.footfalls import draw_footfalls
@@ -31,6 +31,7 @@ __all__ = [
     "draw_motion",
     "draw_pushes",
     "draw_recovery",
+    "draw_rough",
     "draw_simulation",
     "save_figure",
 ]

@@ -1,4 +1,4 @@
-"""Figures of basins and of pushes: from where a gait comes back, and how soon."""
+"""Figures of basins, of pushes and of rough ground: from where a gait comes back, and how long it goes on."""
 
 import json
 
@@ -104,6 +104,42 @@ def draw_pushes(dataset: xr.Dataset, impulse: float | None = None) -> Figure:
             handles=[Patch(facecolor="white", edgecolor="0.3", hatch="//", label="all that were tried are survived")],
             loc="outside upper center",
         )
+    return figure
+
+
+@styled
+def draw_rough(dataset: xr.Dataset) -> Figure:
+    """Draw how many runs go on over rough ground, and how their speeds and headings spread.
+
+    Parameters
+    ----------
+    dataset
+        Of `legspring.rough`, or its file opened with xarray.
+
+    Raises
+    ------
+    ValueError
+        For something else.
+    """
+    if not {"survival", "speed_spread"} <= set(map(str, dataset.data_vars)):
+        raise ValueError(f"dataset = {shown(type(dataset).__name__)}: must be one of legspring.rough")
+    figure = new_figure(PAGE, 0.38 * PAGE)
+    panels = figure.subplots(1, 3, sharex=True)
+    step = dataset["step"].values
+    for n, scale in enumerate(dataset["scale"].values):
+        one, colour = dataset.isel(scale=n), COLOURS[n % len(COLOURS)]
+        panels[0].plot(step, one["survival"], color=colour, label=f"{scale:g}")
+        panels[0].fill_between(step, one["survival_low"], one["survival_high"], color=colour, alpha=0.2, linewidth=0)
+        for axes, name in zip(panels[1:], ("speed", "heading"), strict=True):
+            mean, spread = one[f"mean_{name}"], one[f"{name}_spread"]
+            axes.plot(step, mean, color=colour)
+            axes.fill_between(step, mean - spread, mean + spread, color=colour, alpha=0.2, linewidth=0)
+    panels[0].set(ylabel="share of the runs that goes on", ylim=(-0.02, 1.02))
+    panels[1].set(ylabel="speed (m/s), mean and spread")
+    panels[2].set(ylabel="heading (rad), mean and spread")
+    for axes in panels:
+        axes.set_xlabel("step")
+    figure.legend(title=f"multiple of {dataset.attrs['roughness']}", loc="outside upper center", ncols=6)
     return figure
 
 
