@@ -25,6 +25,7 @@ BENCHMARKS = {
     "thesis": ("processes", "thesis"),
     "neighbours": ("neighbours", "measure"),
     "curves": ("curves", "measure"),
+    "survival": ("survival", "measure"),
     "strides": ("strides", "measure"),
 }
 

@@ -16,9 +16,10 @@ from legspring.peterson2011.figures.beyond import BEYOND
 from legspring.peterson2011.report import Section
 from legspring.peterson2011.tables import Table
 
-NAMES = ("second", "surfaces", "stability", "back", "trade", "families", "one leg", "yaw")
+NAMES = ("second", "surfaces", "survival", "stability", "back", "trade", "families", "one leg", "yaw")
 FAMILIES = Section("Every family", ["Words."], tables=[Table("", "", ("one",), ((1.0,),))])
 SURFACES = replace(FAMILIES, heading="Where families end")
+SURVIVAL = replace(FAMILIES, heading="Stable or robust?")
 ONE_LEG = replace(FAMILIES, heading="One leg")
 YAW = Section("A body that yaws", ["Words."], tables=[Table("", "", ("one",), ((1.0,),))])
 
@@ -55,7 +56,7 @@ def fronts() -> xr.Dataset:
 @pytest.fixture(scope="module")
 def chapter(atlas: xr.Dataset, simulated: xr.Dataset, back_pulls: xr.Dataset) -> dict[str, Section]:
     pictures = {name: Path(f"{name}.png") for name in (*BEYOND, "4.2")}
-    written = sections(atlas, simulated, back_pulls, fronts(), SURFACES, FAMILIES, ONE_LEG, YAW, pictures)
+    written = sections(atlas, simulated, back_pulls, fronts(), SURFACES, SURVIVAL, FAMILIES, ONE_LEG, YAW, pictures)
     return dict(zip(NAMES, written, strict=True))
 
 
@@ -132,6 +133,7 @@ def test_nothing_found_is_said_to_be_so(atlas: xr.Dataset, simulated: xr.Dataset
         nothing,
         numbers.where(False),
         SURFACES,
+        SURVIVAL,
         FAMILIES,
         ONE_LEG,
         YAW,

@@ -33,6 +33,7 @@ def sections(
     back_pulls: xr.Dataset,
     fronts: xr.Dataset,
     surfaces: Section,
+    survival: Section,
     families: Section,
     single_leg: Section,
     yaw: Section,
@@ -53,6 +54,8 @@ def sections(
         slope_deg, family and point, missing where there is none; heading (rad) is among its attributes.
     surfaces
         Of `legspring.peterson2011.surfaces.section`.
+    survival
+        Of `legspring.peterson2011.survival.section`.
     families
         Of `legspring.peterson2011.families.section`.
     single_leg
@@ -66,6 +69,7 @@ def sections(
     parts = (
         (_second_branch(atlas), ["beyond_second_branch"]),
         (surfaces, ["beyond_surfaces", "beyond_limits"]),
+        (survival, ["beyond_survival"]),
         (_true_stability(atlas, decays), ["beyond_true_stability", "beyond_decays"]),
         (_back_legs_pull(atlas, back_pulls), ["beyond_back_legs_pull"]),
         (_trade_off(fronts), ["beyond_trade_off"]),

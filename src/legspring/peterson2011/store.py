@@ -19,7 +19,7 @@ from legspring.layout import System
 from legspring.model import Animal, cockroach
 from legspring.optima import optimal_atlas, select
 from legspring.optimum import Method
-from legspring.peterson2011 import families, single_leg, surfaces, yawing
+from legspring.peterson2011 import families, single_leg, surfaces, survival, yawing
 from legspring.peterson2011.beyond import sections
 from legspring.peterson2011.claims import Results
 from legspring.peterson2011.decay import decays
@@ -73,6 +73,7 @@ DATA = {
     "limits": Kind(
         BEYOND_CHAPTER, "Where optimised gaits cease to exist", ("objective", "family", "slope_deg", "heading", "axis")
     ),
+    "survivals": Kind(BEYOND_CHAPTER, "What gaits survive", ("gait",)),
     "yawing": Kind(BEYOND_CHAPTER, "Gaits of a body that yaws", ("slope_deg", "heading", "branch")),
     "yaw_held": Kind(BEYOND_CHAPTER, "Gaits of the same body with its yaw held", ("slope_deg", "heading", "branch")),
     "yaw_fates": Kind(BEYOND_CHAPTER, "Gaits of the point mass, followed to it", ("slope_deg", "heading", "branch")),
@@ -213,6 +214,11 @@ class Store:
         return self._stored("limits", lambda: limits(self.animal, optima, self.workers), self.method)
 
     @cached_property
+    def survivals(self) -> xr.Dataset:
+        """What gaits with the thesis's actuation survive."""
+        return self._stored("survivals", lambda: survival.survivals(self.animal, self.workers))
+
+    @cached_property
     def decays(self) -> xr.Dataset:
         """Decay of simulated perturbations."""
         return self._stored("decays", lambda: decays(self.animal))
@@ -252,7 +258,8 @@ class Store:
         each_family = families.section(self.families, self.optima)
         one_leg = single_leg.section(self.single_leg)
         results = self.atlas, self.decays, self.back_pulls, self.fronts
-        others = surfaces.section(self.surfaces), each_family, one_leg, self.yaw_section
+        robust = survival.section(self.survivals)
+        others = surfaces.section(self.surfaces), robust, each_family, one_leg, self.yaw_section
         return sections(*results, *others, pictures)
 
     @property

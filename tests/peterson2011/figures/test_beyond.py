@@ -37,6 +37,15 @@ def sources(roach: ls.Animal, family_lines: xr.Dataset) -> dict[str, Any]:
     front = ("slope_deg", "family", "point")
     nothing = [np.nan, np.nan]
     yawing = ls.atlas(ls.load_animal("cockroach_rigid"), **grid | {"slopes_deg": (0, 30)})
+    survivals = xr.Dataset(
+        {
+            "max_multiplier": ("gait", [0.2, 0.5, 0.8]),
+            "recovery_steps": ("gait", [4.0, 9.0, np.nan]),
+            "least_push": ("gait", [np.nan, 3.0, 1.0]),
+            "roughest": ("gait", [30.0, 20.0, 8.0]),
+            "family": ("gait", np.array(["A", "B", "B"], dtype=object)),
+        }
+    )
     atlas, optima = ls.atlas(roach, **grid), made_up_optima((0.0, 20.0), (0.15, 0.3))
     return {
         "atlas": atlas,
@@ -56,6 +65,7 @@ def sources(roach: ls.Animal, family_lines: xr.Dataset) -> dict[str, Any]:
         "single_leg": map_single_legs((0.0, 45.0)),
         "surfaces": family_lines,
         "limits": made_up_limits(),
+        "survivals": survivals,
         "yawing": yawing,
         "yaw_forces": force_ranges({"one body": yawing, "another body": yawing.isel(branch=[0])}),
     }

@@ -314,6 +314,34 @@ def surfaces(lines: xr.Dataset) -> Figure:
     return figure
 
 
+@styled
+def survival(found: xr.Dataset) -> Figure:
+    """Draw what gaits survive against their largest multiplier.
+
+    Parameters
+    ----------
+    found
+        Of `legspring.peterson2011.survival.survivals`.
+    """
+    names = ("recovery_steps", "least_push", "roughest")
+    labels = ("steps back from 0.5 m v_des", "least push not survived (m v_des)", "slope noise survived (deg)")
+    figure = new_figure(PAGE, 0.36 * PAGE)
+    panels = figure.subplots(1, len(names), sharex=True)
+    families = sorted(set(found["family"].values.tolist()))
+    for axes, name, about in zip(panels, names, labels, strict=True):
+        top = float(found[name].max())
+        for number, family in enumerate(families):
+            one = found.isel(gait=found["family"].values == family)
+            known = one[name].notnull().values
+            look: dict[str, Any] = {"linestyle": "none", "marker": MARKERS[number], "color": COLOURS[number]}
+            axes.plot(one["max_multiplier"][known], one[name][known], label=family, **look)
+            more = one["max_multiplier"].values[~known]
+            axes.plot(more, np.full(len(more), 1.06 * top), markerfacecolor="white", **look)
+        axes.set(xlabel="largest multiplier", ylabel=about)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=len(families))
+    return figure
+
+
 def label_places(limits: xr.Dataset) -> dict[str, tuple[float, float]]:
     """Return where to write the name of each family: beside its line, where there are gaits, far from other lines."""
     low, high = (np.array([limits[name].values[n] for name in ("slope_deg", "heading")]) for n in (0, -1))
@@ -390,6 +418,15 @@ BEYOND: Mapping[str, ThesisFigure] = {
             "Each line was sought between a cell with a gait and its neighbour without one, by following the optimum "
             "there, to a thirty-second of a cell. Letters stand on the side on which there are gaits. "
             f"{FAMILY_WORDS}.",
+        ),
+        ThesisFigure(
+            "beyond_survival",
+            "survivals",
+            survival,
+            "What gaits with the thesis's actuation survive, against their stability: steps until they are back from a "
+            "sideways push; the least push, in any of eight directions at any of four moments of a stride, that they "
+            "do not survive; the noise of the slope from step to step, a standard deviation, that half of the runs "
+            f"survive. Hollow, above: they survive all that was tried. {FAMILY_WORDS}.",
         ),
         ThesisFigure(
             "beyond_true_stability",

@@ -23,6 +23,7 @@ Source = Literal[
     "single_leg",
     "surfaces",
     "limits",
+    "survivals",
     "yawing",
     "yaw_forces",
 ]
@@ -43,6 +44,7 @@ Source = Literal[
 - ``single_leg``: of `legspring.peterson2011.single_leg.map_single_legs`
 - ``surfaces``: of `legspring.peterson2011.surfaces.lines`
 - ``limits``: of `legspring.peterson2011.limits.limits`
+- ``survivals``: of `legspring.peterson2011.survival.survivals`
 - ``yawing``: an atlas of the cockroach as a rigid body
 - ``yaw_forces``: of `legspring.peterson2011.yawing.force_ranges`
 """
