@@ -190,6 +190,12 @@ def test_errors_say_what_would_be_valid(flat: Gait) -> None:
         ({"wings": [1.0]}, "must be one of"),
         ({"mass": [2e-3, 3e-3], "F.stiffness": [1.0, 2.0]}, "must be a coordinate of the start"),
         ({"slope_deg": [10, 200], "speed": [0.2]}, "slope"),
+        ({"mass": [-1.0, 1.0], "speed": [0.2]}, "mass"),
+        ({"F.stiffness": [-1.0, 1.0]}, "stiffness"),
+        ({"speed": [0.2, math.nan]}, "must be rising numbers"),
+        ({"heading": [0.0, math.inf]}, "must be finite numbers"),
+        ({"heading": [[0.0, 0.1], [0.2]]}, "must be rising numbers"),
+        ({7: [1.0]}, "must be one of speed"),
     ):
         with pytest.raises(ValueError, match=words):
             ls.basin(flat, over)  # type: ignore[arg-type]

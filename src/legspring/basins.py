@@ -116,12 +116,22 @@ def checked_axes(gait: Gait, over: Mapping[str, ArrayLike]) -> tuple[dict[str, F
         if name in START and name not in state:
             raise ValueError(f"over: {name!r} must be one of {', '.join(state)}, or a parameter")
         if name not in state:
-            with_value(gait.system, gait.point, name, float(axis[0]))
+            for value in (float(axis[0]), float(axis[-1])):
+                check_possible(gait, str(name), value)
             parameters.append(name)
         axes[str(name)] = axis
     if len(parameters) > 1:
         raise ValueError(f"over = {', '.join(parameters)}: must be a coordinate of the start, at least one of them")
     return axes, parameters[0] if parameters else None
+
+
+def check_possible(gait: Gait, name: str, value: float) -> None:
+    """Raise ValueError if there is no animal with a value of a parameter."""
+    if name in ("slope", "slope_deg"):
+        gait.animal.desired_speed(math.radians(value) if name == "slope_deg" else value)
+    else:
+        gait.system.direction(name)
+        gait.animal.replace(**{name: value})
 
 
 def _is_numbers(values: ArrayLike) -> bool:

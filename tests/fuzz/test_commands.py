@@ -50,7 +50,8 @@ FILES = [
 ]
 GRIDS = ["45", "45,60", "0:90:45", "::", "0:90:0", "0:1e9:1e-9", "nan:1:1", "a", "", "90:0:10", "0:1:1e-320"]
 LISTS = [*4 * ["0.01,0.01,0.01"], "0.01,0.01,0.01", "1,2,3", "1", "", ",", "63,4,-49", "0.1,nan,0", "1,2,3,4"]
-OVERS = [f"{name}={grid}" for name in ("slope_deg", "mass", "energy", "F.stiffness") for grid in GRIDS] + ["a", "="]
+VARIED = ("slope_deg", "mass", "energy", "F.stiffness", "speed", "heading")
+OVERS = [f"{name}={grid}" for name in VARIED for grid in GRIDS] + ["a", "="]
 NAMES = ["F.phase", "step_duration", "F.phase,M.phase", "slope", "", "x.y", "mass,mass", "T.stiffness"]
 TARGETS = ["--speed", "--mean-speed", "--energy", "--apex-height", "--lateral-drift", "--free", "--asymmetric"]
 WORDS = [
@@ -75,7 +76,10 @@ VALUES: dict[str, list[str]] = {
     "--slopes": GRIDS, "--headings": GRIDS, "--over": OVERS, "--free": NAMES, "--asymmetric": [],
     "--mean-speed": NUMBERS, "--energy": NUMBERS, "--apex-height": NUMBERS, "--lateral-drift": NUMBERS,
     "--method": WORDS, "--objective": WORDS, "--map": WORDS, "--only": WORDS, "--json": [], "--no-recovery": [],
-    "--help": [], "--version": [],
+    "--help": [], "--version": [], "--memory": [*WORDS, "kept", "rebuilt"], "--refine": NUMBERS,
+    "--directions": NUMBERS, "--moments": NUMBERS, "--impulses": GRIDS, "--runs": NUMBERS, "--scales": GRIDS,
+    "--distribution": [*WORDS, "normal", "uniform"], "--correlation": NUMBERS, "--seed": NUMBERS,
+    "--with": [f"{name}={value}" for name in ("slope_deg", "miss", "height", "wind") for value in NUMBERS] + ["a", "="],
 }  # fmt: skip
 OPTIONS = {
     "presets": ["--json", "--figure"],
@@ -87,6 +91,9 @@ OPTIONS = {
     ],
     "recover": ["--impulse", "--branch", "--family", "--actuation", "--json", "--figure"],
     "atlas": ["--out", "--slopes", "--headings", "--no-recovery", "--actuation", "--over", *TARGETS],
+    "basin": ["--over", "--memory", "--refine", "--out", "--figure", "--json"],
+    "push": ["--directions", "--moments", "--impulses", "--out", "--figure", "--json"],
+    "rough": ["--with", "--runs", "--scales", "--distribution", "--correlation", "--seed", "--out", "--json"],
     "optimize": ["--objective", "--family", "--map", "--method", "--json", "--figure"],
     "reproduce": ["--out", "--only", "--method", "--workers"],
 }
@@ -107,6 +114,8 @@ def arguments(draw: st.DrawFn) -> list[str]:
         )
         if draw(st.integers(0, 3)):
             given += ["--slope", "45", "--heading", "0.15"] if command != "atlas" else ["--out", "a.nc"]
+        if command in ("basin", "rough") and draw(st.integers(0, 3)):
+            given += ["--over", "speed=0.2,0.3"] if command == "basin" else ["--with", "slope_deg=3"]
     for option in draw(st.lists(st.sampled_from(OPTIONS[command]), max_size=2)):
         given.append(option)
         given += [draw(st.one_of(*[st.sampled_from(VALUES[option])] * 9, text()))] if VALUES[option] else []
@@ -131,13 +140,14 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
         patch.chdir(folder)
         short = functools.partial(solve.search_gaits, starts=4)
         patch.setattr("legspring.solve.search_gaits", short)
-        for name in ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store"):
+        long = ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store")
+        for name in (*long, "basins.refined", "pushing.Trial", "roughness.run_all"):
             patch.setattr(f"legspring.{name}", worked, raising=False)
         patch.setattr("legspring.sweep.find_on", worked)
         yield CliRunner()
 
 
-@examples(in_ci=600, share=0.14)
+@examples(in_ci=300, share=0.14)
 @given(given=arguments())
 def test_a_command_ends_with_a_status_and_a_line(runner: CliRunner, given: list[str]) -> None:
     result = runner.invoke(app, given)

@@ -140,7 +140,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("animals")
 
 
-@examples(in_ci=700, share=0.6)
+@examples(in_ci=350, share=0.6)
 @given(content=files(), drawn=st.integers(0, 19))
 def test_a_file_is_an_animal_or_an_error_of_one_line(folder: Path, content: bytes, drawn: int) -> None:
     file = folder / "animal.toml"
