@@ -18,7 +18,15 @@ sys.path.insert(0, str(HERE / "_ext"))
 QUICK = os.environ.get("LEGSPRING_DOCS") == "quick"
 """Whether the long pages are left as they are: shown, but not executed."""
 LONG = ["findings", "gallery/thesis", "gallery/figures", "gallery/presets"]
-LONG += ["howto/figures", "howto/optimise", "howto/robustness", "howto/thesis", "model/optimal", "notebooks/branches"]
+LONG += [
+    "howto/basins",
+    "howto/figures",
+    "howto/optimise",
+    "howto/robustness",
+    "howto/thesis",
+    "model/optimal",
+    "notebooks/branches",
+]
 
 project, author = "Legspring", "The Legspring developers"
 copyright = "The Legspring developers"

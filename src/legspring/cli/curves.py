@@ -7,21 +7,8 @@ from typing import Annotated, Any
 import typer
 
 from legspring.cli.options import (
-    Actuation,
-    AnimalName,
-    ApexHeight,
-    Asymmetric,
-    Branch,
-    Energy,
-    Family,
     FigureFile,
-    Free,
-    Heading,
     Json,
-    LateralDrift,
-    MeanSpeed,
-    Slope,
-    Speed,
     check_figure,
     check_slope,
     integer,
@@ -31,13 +18,14 @@ from legspring.cli.options import (
 )
 from legspring.cli.outputs import draws, save, save_dataset
 from legspring.cli.program import app, patience
-from legspring.cli.subjects import choose_gait, search_at
+from legspring.cli.subjects import FindGait, about_gait
 from legspring.printing import print_curves, print_json
 
 
 @app.command()
+@about_gait
 def follow(
-    animal: AnimalName,
+    found: FindGait,
     along: Annotated[
         str,
         typer.Option(
@@ -54,18 +42,6 @@ def follow(
         str | None,
         typer.Option(metavar="LOW,HIGH", help="Range that is not left.", show_default=False),
     ] = None,
-    slope: Slope = None,
-    heading: Heading = None,
-    branch: Branch = None,
-    family: Family = None,
-    actuation: Actuation = None,
-    speed: Speed = None,
-    mean_speed: MeanSpeed = None,
-    energy: Energy = None,
-    apex_height: ApexHeight = None,
-    lateral_drift: LateralDrift = None,
-    free: Free = None,
-    asymmetric: Asymmetric = False,
     connected: Annotated[
         bool, typer.Option("--connected", help="Follow what branches off, too, and other families.")
     ] = False,
@@ -104,29 +80,11 @@ def follow(
 
         check_output(store, [".nc"])
     names: Any = parse_names(along)
-    check_along(animal, slope, names)
+    check_along(found.keywords["animal"], found.keywords["slope"], names)
     limits = parse_numbers("--within", within)
     if limits is not None and len(limits) != 2:
         raise ValueError(f"--within = {within!r}: must be two numbers, separated by a comma")
-    gait = choose_gait(
-        search_at(
-            animal,
-            slope,
-            heading,
-            family,
-            actuation,
-            free,
-            asymmetric,
-            speed=speed,
-            mean_speed=mean_speed,
-            energy=energy,
-            apex_height=apex_height,
-            lateral_drift=lateral_drift,
-        ),
-        slope,
-        heading,
-        branch,
-    )
+    gait = found()
     with patience("following"):
         from legspring.following import follow, follow_connected
 

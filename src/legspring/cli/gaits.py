@@ -36,7 +36,7 @@ from legspring.cli.options import (
 )
 from legspring.cli.outputs import draws, draws_preset, films, save, save_dataset
 from legspring.cli.program import app, say
-from legspring.cli.subjects import check_strides, choose_gait, no_gait, search_at, simulate_start
+from legspring.cli.subjects import FindGait, about_gait, check_strides, choose_gait, no_gait, search_at, simulate_start
 from legspring.printing import (
     describe_animal,
     describe_gait,
@@ -261,24 +261,13 @@ def simulate(
 
 
 @app.command()
+@about_gait
 def recover(
-    animal: AnimalName,
-    slope: Slope = None,
-    heading: Heading = None,
+    found: FindGait,
     impulse: Annotated[
         float,
         typer.Option(parser=number, metavar="NUMBER", help="Sideways impulse in units of m v_des, > 0 to the right."),
     ] = 0.5,
-    branch: Branch = None,
-    family: Family = None,
-    actuation: Actuation = None,
-    speed: Speed = None,
-    mean_speed: MeanSpeed = None,
-    energy: Energy = None,
-    apex_height: ApexHeight = None,
-    lateral_drift: LateralDrift = None,
-    free: Free = None,
-    asymmetric: Asymmetric = False,
     as_json: Json = False,
     figure: FigureFile = None,
     animation: FilmFile = None,
@@ -289,25 +278,7 @@ def recover(
     """
     check_figure(figure)
     check_film(animation)
-    gait = choose_gait(
-        search_at(
-            animal,
-            slope,
-            heading,
-            family,
-            actuation,
-            free,
-            asymmetric,
-            speed=speed,
-            mean_speed=mean_speed,
-            energy=energy,
-            apex_height=apex_height,
-            lateral_drift=lateral_drift,
-        ),
-        slope,
-        heading,
-        branch,
-    )
+    gait = found()
     recovery = gait.recover(impulse)
     if as_json:
         about = {name: getattr(gait, name) for name in ("family", "branch", "slope_deg", "heading")}

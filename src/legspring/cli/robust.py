@@ -7,20 +7,8 @@ from typing import Annotated
 import typer
 
 from legspring.cli.options import (
-    Actuation,
-    AnimalName,
-    ApexHeight,
-    Asymmetric,
-    Branch,
-    Energy,
-    Family,
     FigureFile,
-    Heading,
     Json,
-    LateralDrift,
-    MeanSpeed,
-    Slope,
-    Speed,
     check_figure,
     integer,
     number,
@@ -30,7 +18,7 @@ from legspring.cli.options import (
 )
 from legspring.cli.outputs import draws, save, save_dataset
 from legspring.cli.program import app, patience
-from legspring.cli.subjects import choose_gait, search_at
+from legspring.cli.subjects import FindGait, about_gait
 from legspring.printing import (
     describe_basin,
     describe_pushes,
@@ -56,20 +44,10 @@ OverStarts = Annotated[
 
 
 @app.command()
+@about_gait
 def basin(
-    animal: AnimalName,
+    found: FindGait,
     over: OverStarts,
-    slope: Slope = None,
-    heading: Heading = None,
-    branch: Branch = None,
-    family: Family = None,
-    actuation: Actuation = None,
-    speed: Speed = None,
-    mean_speed: MeanSpeed = None,
-    energy: Energy = None,
-    apex_height: ApexHeight = None,
-    lateral_drift: LateralDrift = None,
-    asymmetric: Asymmetric = False,
     memory: Annotated[
         str,
         typer.Option(metavar="WORD", help="Old feet: kept, where the gait has them, or rebuilt, as by the thesis."),
@@ -90,21 +68,7 @@ def basin(
     """
     check_outputs(out, figure)
     axes = parse_over(over) or {}
-    found = search_at(
-        animal,
-        slope,
-        heading,
-        family,
-        actuation,
-        None,
-        asymmetric,
-        speed=speed,
-        mean_speed=mean_speed,
-        energy=energy,
-        apex_height=apex_height,
-        lateral_drift=lateral_drift,
-    )
-    gait = choose_gait(found, slope, heading, branch)
+    gait = found()
     with patience("loading"):
         from legspring.basins import basin
     dataset = basin(gait, axes, memory=memory, most_strides=most_strides, refine=refine, progress=sys.stderr.isatty())
@@ -113,15 +77,9 @@ def basin(
 
 
 @app.command()
+@about_gait
 def push(
-    animal: AnimalName,
-    slope: Slope = None,
-    heading: Heading = None,
-    branch: Branch = None,
-    family: Family = None,
-    actuation: Actuation = None,
-    speed: Speed = None,
-    asymmetric: Asymmetric = False,
+    found: FindGait,
     directions: Annotated[
         int, typer.Option(parser=integer, metavar="NUMBER", help="How many directions, all around.")
     ] = 24,
@@ -139,8 +97,7 @@ def push(
     """
     check_outputs(out, figure)
     sizes = parse_grid("--impulses", impulses)
-    found = search_at(animal, slope, heading, family, actuation, None, asymmetric, speed=speed)
-    gait = choose_gait(found, slope, heading, branch)
+    gait = found()
     with patience("loading"):
         from legspring.pushing import pushes
     dataset = pushes(gait, directions=directions, moments=moments, impulses=sizes, progress=sys.stderr.isatty())
@@ -149,8 +106,9 @@ def push(
 
 
 @app.command()
+@about_gait
 def rough(
-    animal: AnimalName,
+    found: FindGait,
     roughness: Annotated[
         list[str],
         typer.Option(
@@ -160,14 +118,6 @@ def rough(
             "phase (rad), late (step durations): standard deviations; miss: a probability.",
         ),
     ],
-    slope: Slope = None,
-    heading: Heading = None,
-    branch: Branch = None,
-    family: Family = None,
-    actuation: Actuation = None,
-    speed: Speed = None,
-    energy: Energy = None,
-    asymmetric: Asymmetric = False,
     runs: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="How many runs.")] = 1000,
     strides: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="How many strides each.")] = 100,
     scales: Annotated[
@@ -189,12 +139,7 @@ def rough(
     check_outputs(out, figure)
     kinds = parse_amounts(roughness)
     sizes = parse_grid("--scales", scales)
-    gait = choose_gait(
-        search_at(animal, slope, heading, family, actuation, None, asymmetric, speed=speed, energy=energy),
-        slope,
-        heading,
-        branch,
-    )
+    gait = found()
     with patience("loading"):
         from legspring.roughness import rough
     dataset = rough(

@@ -1,12 +1,37 @@
 """What a command is about: gaits that are searched for, and starts that are none."""
 
+import inspect
 import math
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial, wraps
+from typing import TYPE_CHECKING, Any
 
 import legspring
-from legspring.cli.options import check_slope, load_weighing, parse_names, parse_numbers, parse_phase
+from legspring.cli.options import (
+    Actuation,
+    AnimalName,
+    ApexHeight,
+    Asymmetric,
+    Branch,
+    Energy,
+    Family,
+    Free,
+    Heading,
+    LateralDrift,
+    MeanSpeed,
+    Slope,
+    Speed,
+    check_slope,
+    load_weighing,
+    parse_names,
+    parse_numbers,
+    parse_phase,
+)
 from legspring.cli.program import NO_GAIT, fail, patience
+
+FindGait = partial["Gait"]
+"""What finds the gait that a command is about; its keywords are what was said of that."""
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,6 +82,47 @@ def choose_gait(search: "Search", slope: float | None, heading: float | None, br
             return gait
     offered = ", ".join(str(gait.branch) for gait in search.gaits)
     raise ValueError(f"--branch = {branch}: must be one of {offered}")
+
+
+def find_gait(
+    animal: AnimalName,
+    slope: Slope = None,
+    heading: Heading = None,
+    branch: Branch = None,
+    family: Family = None,
+    actuation: Actuation = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
+) -> "Gait":
+    """Search for the gait that options name."""
+    targets: Any = {"speed": speed, "mean_speed": mean_speed, "energy": energy, "apex_height": apex_height}
+    targets["lateral_drift"] = lateral_drift
+    found = search_at(animal, slope, heading, family, actuation, free, asymmetric, **targets)
+    return choose_gait(found, slope, heading, branch)
+
+
+def about_gait(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options that say which gait it is about, before its own.
+
+    It is handed what finds that gait, to be called once all else is known to be right.
+    """
+    about, own = (inspect.signature(one).parameters for one in (find_gait, command))
+    mine = [one for name, one in own.items() if name != "found"]
+
+    @wraps(command)
+    def run(**given: Any) -> None:
+        which = {name: given.pop(name) for name in about}
+        command(partial(find_gait, **which), **given)
+
+    options = [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in (*about.values(), *mine)]
+    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: one.annotation for one in options}
+    return run
 
 
 def no_gait(search: "Search", slope: float | None, heading: float | None) -> str:
