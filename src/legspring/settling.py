@@ -39,6 +39,8 @@ RADII = (1.0, 0.3, 0.1, 0.03, 0.01, 1e-3)
 """Neighbourhoods that are tried, by that."""
 SAMPLES, SEED = 128, 0
 """Motions from which a neighbourhood is known."""
+ACCURACY = 1e-8
+"""Of simulations: what is near is told from what is not at a hundredth."""
 ALIKE = 1e-6
 """Difference of gaits that are one."""
 
@@ -247,7 +249,7 @@ class Settling:
             system.flips,
             system.isotropic,
             units,
-            system.error_scale(),
+            system.error_scale(ACCURACY),
             known,
             sizes,
             within,

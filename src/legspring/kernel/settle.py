@@ -49,10 +49,10 @@ def nearest(seen: Floats, at: int, known: Floats, sizes: Ints, within: Floats) -
     """Return which of what is known a motion is near enough to; `NOT_YET` if to none."""
     for n in range(sizes.size):
         for shift in range(sizes[n]):
-            off = 0.0
+            near = True
             for d in range(known.shape[2]):
-                off = max(off, abs(seen[at, d] - known[n, shift, d]))
-            if off <= within[n]:
+                near = near and abs(seen[at, d] - known[n, shift, d]) <= within[n]
+            if near:
                 return n
     return NOT_YET
 
@@ -72,23 +72,25 @@ def first_near(seen: Floats, at: int, count: int, first: int, known: Floats, siz
 
 
 @jit
-def change(seen: Floats, at: int, lag: int) -> float:
-    """Return by how much the last moments differ from those so many periods before."""
-    size, off = seen.shape[0], 0.0
+def is_back(seen: Floats, at: int, lag: int, nearly: float) -> bool:
+    """Whether the last moments are those of so many periods before."""
+    size = seen.shape[0]
     for back in range(lag):
+        now, then = (at - back) % size, (at - back - lag) % size
         for d in range(seen.shape[1] - 2):
-            off = max(off, abs(seen[(at - back) % size, d] - seen[(at - back - lag) % size, d]))
-    return off
+            if not abs(seen[now, d] - seen[then, d]) < nearly:
+                return False
+    return True
 
 
 @jit
 def lag_of(seen: Floats, at: int, count: int) -> int:
     """Return after how many periods a motion repeats itself, as far as is seen; 0 if it does not."""
     for lag in range(1, min(LONGEST, (count - 1) // 2) + 1):
-        if change(seen, at, lag) < SAME:
+        if is_back(seen, at, lag, SAME):
             # What swings in towards something is sooner where it was two periods before.
             for part in range(1, lag):
-                if lag % part == 0 and change(seen, at, part) < ROUGHLY:
+                if lag % part == 0 and is_back(seen, at, part, ROUGHLY):
                     return part
             return lag
     return 0
