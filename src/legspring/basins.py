@@ -5,7 +5,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -266,33 +265,47 @@ def numbered(starts: Starts, values: Sequence[float]) -> tuple[list[list[Attract
     return [row + [None] * (len(latest) - len(row)) for row in table], names
 
 
+def relabelled(starts: Starts, dims: Sequence[str], fates: Ints, names: Sequence[dict[int, int]]) -> Ints:
+    """Return fates with the numbers that attractors have for all values of the parameter."""
+    which, column = fates.copy(), dims.index(starts.parameter) if starts.parameter else 0
+    old, new = (np.moveaxis(some, column, 0) if starts.parameter else some[None] for some in (fates, which))
+    for before, after, own in zip(old, new, names, strict=True):
+        for local, number in own.items():
+            after[before == local] = number
+    return which
+
+
+def cells_of(axes: Mapping[str, Floats]) -> Floats:
+    """Return how much of the plane, or the line, each start stands for."""
+    sizes = []
+    for axis in axes.values():
+        edges = np.concatenate([axis[:1], 0.5 * (axis[1:] + axis[:-1]), axis[-1:]])
+        sizes.append(np.diff(edges) if len(axis) > 1 else np.ones(1))
+    return sizes[0] if len(sizes) == 1 else sizes[0][:, None] * sizes[1]
+
+
+OF_ATTRACTORS: dict[str, tuple[Callable[[Attractor], float], str, str]] = {
+    "speed": (lambda one: float(one.point[PLACES["speed"]]), "m/s", "speed at the start of a step"),
+    "heading": (lambda one: float(one.point[PLACES["heading"]]), "rad", "heading at the start of a step"),
+    "periods": (lambda one: len(one.moments), "1", "periods after which it repeats itself"),
+    "multiplier": (lambda one: float(np.max(np.abs(one.multipliers), initial=0.0)), "1", "largest multiplier"),
+}
+"""What is said of attractors: from what, unit, words."""
+
+
 def as_dataset(
     starts: Starts, axes: dict[str, Floats], fates: Ints, steps: Ints, simulated: NDArray[np.bool_]
 ) -> xr.Dataset:
     """Return what was found out, as a dataset."""
-    parameter = starts.parameter
-    values = axes[parameter].tolist() if parameter else [0.0]
-    table, names = numbered(starts, values)
-    which, dims = fates.copy(), tuple(axes)
-    for n, own in enumerate(names):
-        index: list[Any] = [slice(None)] * which.ndim
-        if parameter:
-            index[dims.index(parameter)] = n
-        part, old = which[tuple(index)], fates[tuple(index)]
-        for local, number in own.items():
-            part[old == local] = number
-    count = len(table[0])
-    sizes = [np.gradient(axis) if len(axis) > 1 else np.ones(1) for axis in axes.values()]
-    for size in sizes:
-        size[[0, -1]] *= 0.5 if len(size) > 1 else 1.0
-    cells = np.prod(np.ix_(*sizes), axis=0) if len(sizes) == 1 else sizes[0][:, None] * sizes[1]
-    areas = [float(cells[which == n].sum()) for n in range(count)]
+    parameter, dims, cells = starts.parameter, tuple(axes), cells_of(axes)
+    table, names = numbered(starts, axes[parameter].tolist() if parameter else [0.0])
+    which = relabelled(starts, dims, fates, names)
+    areas = [float(cells[which == n].sum()) for n in range(len(table[0]))]
     over = ("attractor", parameter) if parameter else ("attractor",)
-
-    def row(of: Callable[[Attractor], float]) -> Floats:
-        found = np.array([[math.nan if one is None else of(one) for one in line] for line in table]).T
-        return found if parameter else found[:, 0]
-
+    found = {}
+    for name, (of, unit, about) in OF_ATTRACTORS.items():
+        values = np.array([[math.nan if one is None else of(one) for one in line] for line in table]).T
+        found[f"attractor_{name}"] = (over, values if parameter else values[:, 0], {"units": unit, "long_name": about})
     flags = {"flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())}
     words = "number of the attractor; below zero, " + ", ".join(f"{n}: {word}" for n, word in FATES.items())
     return xr.Dataset(
@@ -300,31 +313,8 @@ def as_dataset(
             "settles_on": (dims, which.astype(np.int16), {"long_name": words} | flags),
             "steps": (dims, steps.astype(np.int32), {"units": "1", "long_name": "steps after which that is known"}),
             "simulated": (dims, simulated, {"long_name": "whether it was simulated, and not filled in"}),
-            "attractor_speed": (
-                over,
-                row(lambda one: float(one.point[PLACES["speed"]])),
-                {"units": "m/s", "long_name": "speed at the start of a step"},
-            ),
-            "attractor_heading": (
-                over,
-                row(lambda one: float(one.point[PLACES["heading"]])),
-                {"units": "rad", "long_name": "heading at the start of a step"},
-            ),
-            "attractor_periods": (
-                over,
-                row(lambda one: len(one.moments)),
-                {"units": "1", "long_name": "periods after which it repeats itself"},
-            ),
-            "attractor_multiplier": (
-                over,
-                row(lambda one: float(np.max(np.abs(one.multipliers), initial=0.0))),
-                {"units": "1", "long_name": "largest multiplier"},
-            ),
-            "area": (
-                "attractor",
-                areas,
-                {"long_name": "area of the starts that settle on it"},
-            ),
+            **found,
+            "area": ("attractor", areas, {"long_name": "area of the starts that settle on it"}),
         },
         {name: (name, axis, {"units": unit_of(name), "long_name": name}) for name, axis in axes.items()},
     )

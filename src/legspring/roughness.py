@@ -1,5 +1,6 @@
 """Rough ground and bad luck: how long a gait goes on where every step is a little different: `legspring.rough`."""
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -243,53 +244,57 @@ def run_all(gait: Gait, changes: Floats) -> tuple[Floats, Ints, Ints]:
 
 def as_dataset(system: System, scales: Sequence[float], seen: Floats, fates: Ints, steps: Ints) -> xr.Dataset:
     """Return what was seen of runs, as a dataset."""
-    failed, total = fates != GOES_ON, seen.shape[2]
-    number = np.arange(1, total + 1)
+    failed, number = fates != GOES_ON, np.arange(1, seen.shape[2] + 1)
     # A run that fails in a step does not go on after it.
     going = (steps[:, :, None] > number) | ~failed[:, :, None]
-    share = going.mean(axis=1)
-    low, high = wilson(going.sum(axis=1), going.shape[1])
-    mirrored = np.where(number % 2, -1.0, 1.0) if system.flips else np.ones(total)
-    values = np.where(
-        going[..., None], seen * np.stack([np.full(total, system.desired_speed), mirrored], axis=-1), np.nan
-    )
-    with np.errstate(all="ignore"):
-        known = going.any(axis=1)
-        safe = np.where(known[:, None, :, None], values, 0.0)
-        mean, spread = np.nanmean(safe, axis=1), np.nanstd(safe, axis=1)
-    mean[~known], spread[~known] = np.nan, np.nan
-    exposure, failures = steps.sum(axis=1).astype(float), failed.sum(axis=1)
-    expected, least, most = hazard(exposure, failures)
+    share, (low, high) = going.mean(axis=1), wilson(going.sum(axis=1), going.shape[1])
+    mean, spread = spread_of(system, seen, going)
+    expected, least, most = hazard(steps.sum(axis=1).astype(float), failed.sum(axis=1))
+    over, one = ("scale", "step"), {"units": "1"}
+    flags = {"flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())}
     words = "what became of each run; " + ", ".join(f"{n}: {word}" for n, word in FATES.items())
-    of_steps = {"units": "1", "long_name": "steps to failure, expected"}
-    half = np.flatnonzero(share[:, -1] < LEAST_SHARE)
-    largest = scales[-1] if not len(half) else (scales[half[0] - 1] if half[0] > 0 else np.nan)
-    over = ("scale", "step")
     return xr.Dataset(
         {
-            "steps": (("scale", "run"), steps.astype(np.int32), {"units": "1", "long_name": "steps gone"}),
-            "fate": (
-                ("scale", "run"),
-                fates.astype(np.int16),
-                {"long_name": words, "flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())},
-            ),
-            "survival": (over, share, {"units": "1", "long_name": "share of the runs that goes on"}),
-            "survival_low": (over, low, {"units": "1", "long_name": "lower end of its 95 % confidence interval"}),
-            "survival_high": (over, high, {"units": "1", "long_name": "upper end of its 95 % confidence interval"}),
+            "steps": (("scale", "run"), steps.astype(np.int32), one | {"long_name": "steps gone"}),
+            "fate": (("scale", "run"), fates.astype(np.int16), {"long_name": words} | flags),
+            "survival": (over, share, one | {"long_name": "share of the runs that goes on"}),
+            "survival_low": (over, low, one | {"long_name": "lower end of its 95 % confidence interval"}),
+            "survival_high": (over, high, one | {"long_name": "upper end of its 95 % confidence interval"}),
             "mean_speed": (over, mean[..., 0], {"units": "m/s", "long_name": "mean of the speeds of runs that go on"}),
             "speed_spread": (over, spread[..., 0], {"units": "m/s", "long_name": "standard deviation of these"}),
             "mean_heading": (over, mean[..., 1], {"units": "rad", "long_name": "mean of their headings"}),
             "heading_spread": (over, spread[..., 1], {"units": "rad", "long_name": "standard deviation of these"}),
-            "expected_steps": ("scale", expected, of_steps),
-            "expected_steps_low": ("scale", least, {"units": "1", "long_name": "lower end of its 95 % interval"}),
-            "expected_steps_high": ("scale", most, {"units": "1", "long_name": "upper end of its 95 % interval"}),
+            "expected_steps": ("scale", expected, one | {"long_name": "steps to failure, expected"}),
+            "expected_steps_low": ("scale", least, one | {"long_name": "lower end of its 95 % interval"}),
+            "expected_steps_high": ("scale", most, one | {"long_name": "upper end of its 95 % interval"}),
         },
         {
-            "scale": ("scale", list(scales), {"units": "1", "long_name": "multiple of the roughness"}),
-            "step": ("step", number, {"units": "1", "long_name": "step"}),
+            "scale": ("scale", list(scales), one | {"long_name": "multiple of the roughness"}),
+            "step": ("step", number, one | {"long_name": "step"}),
         },
-        {"largest_scale": float(largest)},
+        {"largest_scale": largest_survived(scales, share[:, -1])},
     )
+
+
+def spread_of(system: System, seen: Floats, going: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    """Return mean and standard deviation of speed and heading of the runs that go on, ``(C, S, 2)``; nan of none."""
+    number = np.arange(1, seen.shape[2] + 1)
+    sides = np.where(number % 2, -1.0, 1.0) if system.flips else np.ones(len(number))
+    values = np.where(
+        going[..., None], seen * np.stack([np.full(len(number), system.desired_speed), sides], axis=-1), 0.0
+    )
+    count = going.sum(axis=1)[..., None]
+    with np.errstate(invalid="ignore"):
+        mean = values.sum(axis=1) / count
+        off = np.where(going[..., None], values - mean[:, None], 0.0)
+        return mean, np.sqrt((off**2).sum(axis=1) / count)
+
+
+def largest_survived(scales: Sequence[float], shares: Floats) -> float:
+    """Return the largest scale up to which half of the runs go on at all that were tried; nan if at none."""
+    failing = np.flatnonzero(shares < LEAST_SHARE)
+    survived = scales[: failing[0]] if len(failing) else scales
+    return float(survived[-1]) if len(survived) else math.nan
 
 
 def wilson(successes: NDArray[np.int64], count: int) -> tuple[Floats, Floats]:
