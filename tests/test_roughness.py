@@ -222,6 +222,7 @@ def test_errors_say_what_would_be_valid(flat: Gait, runner: Gait) -> None:
         (flat, {"slope_deg": 1.0}, {"correlation": 1.0}, "correlation = 1: must be from 0 to below 1"),
         (flat, {"slope_deg": 1.0}, {"distribution": "cauchy"}, "distribution = 'cauchy': must be"),
         (flat, {"slope_deg": 1.0}, {"scales": [2.0, 1.0]}, "scales = "),
+        (flat, {"slope_deg": 1.0}, {"runs": 1_000_000}, "runs = 1000000, strides = 100: must be of 100,000,000 steps"),
     ):
         with pytest.raises(ValueError, match=words):
             ls.rough(gait, kinds, **options)

@@ -55,7 +55,7 @@ FATES = {
     TURNS_BACK: "turns back",
 }
 DISTRIBUTIONS = ("normal", "uniform")
-RUNS, STRIDES, MOST_RUNS = 1000, 100, 1_000_000
+RUNS, STRIDES, MOST_RUNS, MOST_STEPS = 1000, 100, 1_000_000, 100_000_000
 CONFIDENCE = 0.95
 LEAST_SHARE = 0.5
 """Share of the runs that has to go on for a roughness to be survived."""
@@ -179,6 +179,8 @@ def rough(
     count, length = checked_whole("runs", runs, 1, MOST_RUNS), checked_whole("strides", strides, 1, 100_000)
     luck, threads = checked_whole("seed", seed, 0, LARGEST_SEED), checked_workers(workers)
     begin, steps = time.perf_counter(), length * system.cycle
+    if count * steps * len(sizes) > MOST_STEPS:
+        raise ValueError(f"runs = {count}, strides = {length}: must be of {MOST_STEPS:,} steps in all, at most")
     parts = []
     with progress_bar("running", count * len(sizes), show=progress) as tick:
         for size in sizes:
