@@ -20,7 +20,7 @@ SLOPES = {"cockroach_rigid": 30.0}
 STARTS = {"quadruped": 96, "walker": 32}
 FASTER = {"hexapod": 1.1}
 """Of the gait of the hexapod one leg lifts off right when a step ends: a faster start keeps these apart."""
-PRESETS = ls.presets()
+PRESETS = [pytest.param(name, marks=[pytest.mark.long] * (name == "centipede")) for name in ls.presets()]
 Array = Any
 
 

@@ -13,7 +13,9 @@ from tests.oracle.animals import START, before_of, states_of, walker_of
 from tests.places import place_of
 from tests.test_cli import error, records, run
 
-each = pytest.mark.parametrize("name", ls.presets())
+each = pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name == "centipede")) for name in ls.presets()]
+)
 UPRIGHT = [name for name in ls.presets() if name not in ("walker", "quadruped")]
 """Those that do not fall from any start."""
 
