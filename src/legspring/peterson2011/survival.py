@@ -17,8 +17,8 @@ from legspring.solve import find_gaits
 
 SLOPES_DEG, HEADINGS = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0), (0.05, 0.15, 0.25, 0.35)
 """Where gaits are taken from: the first of each place, as the thesis has it."""
-DIRECTIONS, MOMENTS, IMPULSES = 8, 4, tuple(0.5 * n for n in range(1, 21))
-RUNS, STRIDES = 60, 20
+DIRECTIONS, MOMENTS, IMPULSES = 8, 4, (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0)
+RUNS, STRIDES = 40, 20
 SCALES = (2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 23.0, 26.0, 30.0, 35.0, 40.0, 50.0, 60.0)
 """Runs over slopes that change from step to step, and their standard deviations, deg."""
 IMPULSE = 0.5
