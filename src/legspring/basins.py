@@ -14,7 +14,7 @@ from legspring.checks import checked_choice, checked_whole, checked_workers, sho
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats, Ints
 from legspring.layout import PLACES, START, System
-from legspring.measures.sensitivity import unit_of
+from legspring.measures.sensitivity import unit_of, value_of
 from legspring.progress import progress_bar
 from legspring.returnmap import state_names
 from legspring.settling import FATES, Attractor, Settling, attractor
@@ -171,9 +171,10 @@ class Starts:
     ) -> None:
         self.system, self.names, self.parameter, self.most, self.workers = gait.system, names, parameter, most, workers
         self.start = gait.point.copy()
+        self.value = value_of(gait, parameter) if parameter else 0.0
         if memory == "rebuilt" and "Dx" in self.system.state:
             self.start[[PLACES["Dx"], PLACES["Dy"]]] = 0.0, self.system.step_length
-        self.gait = attractor(self.system, gait.point, gait.strides if self.system.period > 1 else 1)
+        self.gait = attractor(self.system, gait.point)
         if not self.gait.within:
             size = float(np.max(np.abs(self.gait.multipliers)))
             raise ValueError(f"gait: must be stable, for starts to lead there; its largest multiplier is {size:.4g}")
@@ -237,32 +238,41 @@ def grid_of(axes: Sequence[Floats]) -> Floats:
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
 
-def numbered(starts: Starts, values: Sequence[float]) -> tuple[list[list[Attractor | None]], list[dict[int, int]]]:
+def numbered(starts: Starts, values: Sequence[float]) -> tuple[list[dict[int, Attractor]], list[dict[int, int]]]:
     """Give attractors at neighbouring values of a parameter the same number, where they are close.
+
+    From the value next to the gait's on, both ways: what is close to the gait there has number 0.
 
     Returns
     -------
     table, names
-        At each value, the attractors by number, None where there is none; and the number of each of its own.
+        At each value, the attractors by number; and the number of each of its own.
     """
-    table: list[list[Attractor | None]] = []
-    names: list[dict[int, int]] = []
-    latest: list[Attractor] = []
-    for value in values:
-        own: dict[int, int] = {}
-        for n, one in enumerate(starts.settling(value).found):
-            off = [
-                float(np.max(np.abs(one.moments[0] - other.moments[0])))
-                if len(one.moments) == len(other.moments) and k not in own.values()
-                else math.inf
-                for k, other in enumerate(latest)
-            ]
-            best = int(np.argmin(off)) if off and min(off) < FAR else len(latest)
-            latest[best : best + 1] = [one]
-            own[n] = best
-        names.append(own)
-        table.append([None if k not in own.values() else latest[k] for k in range(len(latest))])
-    return [row + [None] * (len(latest) - len(row)) for row in table], names
+    table: list[dict[int, Attractor]] = [{} for _ in values]
+    names: list[dict[int, int]] = [{} for _ in values]
+    first = int(np.argmin(np.abs(np.array(values) - starts.value))) if starts.parameter else 0
+    count = 1
+    for way in (range(first, len(values)), range(first - 1, -1, -1)):
+        # Each way begins with what there is at the first value.
+        latest = dict(table[first]) or {0: starts.gait}
+        for place in way:
+            for own, one in enumerate(starts.settling(values[place]).found):
+                off = {number: gap(one, other) for number, other in latest.items() if number not in table[place]}
+                number = min(off, key=lambda key: off[key], default=count)
+                if off.get(number, math.inf) > FAR:
+                    number = count
+                count = max(count, number + 1)
+                table[place][number], names[place][own] = one, number
+            latest |= table[place]
+    return table, names
+
+
+def gap(one: Attractor, other: Attractor) -> float:
+    """Return how far two attractors are apart, wherever each begins; infinite if they take different times."""
+    if len(one.moments) != len(other.moments):
+        return math.inf
+    shifted = [np.roll(one.moments, shift, axis=0) for shift in range(len(one.moments))]
+    return min(float(np.max(np.abs(moments - other.moments))) for moments in shifted)
 
 
 def relabelled(starts: Starts, dims: Sequence[str], fates: Ints, names: Sequence[dict[int, int]]) -> Ints:
@@ -300,11 +310,12 @@ def as_dataset(
     parameter, dims, cells = starts.parameter, tuple(axes), cells_of(axes)
     table, names = numbered(starts, axes[parameter].tolist() if parameter else [0.0])
     which = relabelled(starts, dims, fates, names)
-    areas = [float(cells[which == n].sum()) for n in range(len(table[0]))]
+    numbers = range(1 + max(number for here in table for number in (0, *here)))
+    areas = [float(cells[which == n].sum()) for n in numbers]
     over = ("attractor", parameter) if parameter else ("attractor",)
     found = {}
     for name, (of, unit, about) in OF_ATTRACTORS.items():
-        values = np.array([[math.nan if one is None else of(one) for one in line] for line in table]).T
+        values = np.array([[of(here[n]) if n in here else math.nan for here in table] for n in numbers])
         found[f"attractor_{name}"] = (over, values if parameter else values[:, 0], {"units": unit, "long_name": about})
     flags = {"flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())}
     words = "number of the attractor; below zero, " + ", ".join(f"{n}: {word}" for n, word in FATES.items())

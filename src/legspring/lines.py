@@ -275,11 +275,6 @@ def of_dip(feet: Feet, leg: int, kind: Kind) -> Condition:
     return lambda line, point: feet.dip(line.parameters(point.y), leg, kind is Kind.GRAZING_LIFTOFF)
 
 
-def of_sign(feet: Feet, leg: int) -> Condition:
-    """Return what is zero where the force with which a leg ends its stance changes its sign."""
-    return lambda line, point: float(feet.seen(line.parameters(point.y)[None])[2][0, leg, LEAVING])
-
-
 def of_old_leg(feet: Feet, leg: int) -> Condition:
     """Return what is zero where a leg lifts off just as a step begins, by which it was put down before."""
     system = feet.system
@@ -345,8 +340,6 @@ def condition_for(special: Special, problem: GaitProblem, column: int) -> Condit
         return of_leg(feet, legs.index(special.leg), kind)
     if kind is Kind.VALIDITY and special.words == Invalid.OLD_LEGS:
         return of_old_leg(feet, legs.index(special.leg))
-    if kind is Kind.VALIDITY and special.words == Invalid.WRONG_SIGN:
-        return of_sign(feet, legs.index(special.leg))
     if kind is Kind.SEQUENCE:
         return of_sequence(feet, *together(special, feet))
     raise ValueError(f"special = {special}: must be of a kind of which there are curves, and not {kind}")

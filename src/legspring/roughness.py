@@ -167,18 +167,19 @@ def rough(
     1.0
     """
     system = gait.system
-    kind = Roughness(checked_roughness(system, roughness), distribution, 0.0)
+    amounts = checked_roughness(system, roughness)
     checked_choice("distribution", distribution, DISTRIBUTIONS)
     correlated = checked_number("correlation", correlation, "from 0 to below 1", 1.0)
     if not 0.0 <= correlated < 1.0:
         raise ValueError(f"correlation = {correlated:g}: must be from 0 to below 1")
-    kind = kind._replace(correlation=correlated)
+    kind = Roughness(amounts, distribution, correlated)
     sizes = checked_grid("scales", scales, 1e6)
     if sizes[0] < 0.0:
         raise ValueError(f"scales = {sizes[0]:g}, ...: must not be negative")
     count, length = checked_whole("runs", runs, 1, MOST_RUNS), checked_whole("strides", strides, 1, 100_000)
     luck, threads = checked_whole("seed", seed, 0, LARGEST_SEED), checked_workers(workers)
     begin, steps = time.perf_counter(), length * system.cycle
+    numbers = OF_LEGS + N_OF_LEG * len(system.animal.legs)
     if count * steps * len(sizes) > MOST_STEPS:
         raise ValueError(f"runs = {count}, strides = {length}: must be of {MOST_STEPS:,} steps in all, at most")
     parts = []
@@ -193,14 +194,12 @@ def rough(
                 tick(len(rows))
                 return found
 
-            width = max(
-                1, min(-(-count // threads), AT_ONCE // (steps * (OF_LEGS + N_OF_LEG * len(system.animal.legs))))
-            )
+            width = max(1, min(-(-count // threads), AT_ONCE // (steps * numbers)))
             chunks = [range(n, min(n + width, count)) for n in range(0, count, width)]
             done = in_threads(work, chunks, threads)
             parts.append(tuple(np.concatenate(some) for some in zip(*done, strict=True)))
     seen, fates, taken = (np.array(some) for some in zip(*parts, strict=True))
-    words = [f"{name} {amount:g} {KINDS[name]}".removesuffix(" 1") for name, amount in kind.amounts.items()]
+    words = [f"{name} {amount:g} {KINDS[name]}".removesuffix(" 1") for name, amount in amounts.items()]
     about = {
         "title": f"Runs of {gait!r} over rough ground",
         "roughness": ", ".join(words),

@@ -208,10 +208,12 @@ class Settling:
         return fates, periods * self.system.period
 
     def _met(self, p: Floats, push: Floats, periods: int, lag: int) -> Attractor:
-        """Return what a motion has settled on after so many periods."""
-        system = self.system
-        names, start = state_names(system, p), p.copy()
-        for name, value in zip(names, image(system, p, names, periods, push)[0], strict=True):
+        """Return what a motion has settled on after so many periods; it begins where it is fastest."""
+        system, start = self.system, p.copy()
+        names = state_names(system, p)
+        states = [image(system, p, names, periods - back, push)[0] for back in range(lag)]
+        fastest = int(np.argmax([state[0] for state in states]))
+        for name, value in zip(names, states[fastest], strict=True):
             start[system.direction(name) != 0.0] = value
         return attractor(system, start, lag)
 

@@ -24,8 +24,8 @@ def test_ranks_that_are_alike_and_that_are_not() -> None:
         ((5.0, 3.0, 1.0, 4.0, 2.0), 0.5, "alike in part"),
     ):
         found = made_up(order)
-        for first, second, count in correlations(found).values():
-            assert first == pytest.approx(expected) and second == pytest.approx(-expected) and count == 5
+        for first, second in correlations(found).values():
+            assert first == pytest.approx(expected) and second == pytest.approx(-expected)
         assert words in " ".join(section(found).paragraphs)
 
 
@@ -39,8 +39,8 @@ def test_what_survives_all_is_the_most_robust() -> None:
 
 
 def test_a_gait_is_measured_as_it_measures_itself(roach: ls.Animal) -> None:
-    gait = ls.find_gaits(roach, slope_deg=75, heading=0.15)[0]
+    gait = ls.find_gaits(roach, slope_deg=15, heading=0.25)[0]
     row = measured(gait)
     assert row["recovery_steps"] == np.mean(gait.recovery_steps([0.5, -0.5]))
-    assert row["least_push"] <= row["sideways_push"] or math.isnan(row["sideways_push"])
+    assert 1.0 < row["least_push"] < row["sideways_push"] < 10.0
     assert row["max_multiplier"] == pytest.approx(abs(gait.multipliers[0]))

@@ -59,7 +59,7 @@ def draw_basin(dataset: xr.Dataset) -> Figure:
     right.label_outer()
     handles = [Patch(color=colour, label=words_of(dataset, n)) for n, colour in sorted(colours.items(), reverse=True)]
     star = Line2D([], [], linestyle="", marker="*", color="white", markeredgecolor="black", markersize=7, label="gait")
-    figure.legend(handles=[*handles, star], loc="outside upper center", ncols=5)
+    figure.legend(handles=[*handles, star], loc="outside upper center", ncols=4)
     return figure
 
 
