@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from legspring.flow import IntegrationError as IntegrationError
     from legspring.following import follow as follow
     from legspring.following import follow_connected as follow_connected
+    from legspring.fronts import pareto as pareto
     from legspring.gait import Gait as Gait
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
@@ -54,6 +55,7 @@ _HOMES = {
     "optimal_atlas": "optima",
     "parameters": "varied",
     "optimize": "optimisation",
+    "pareto": "fronts",
     "presets": "model",
     "pushes": "pushing",
     "rough": "roughness",

@@ -6,10 +6,9 @@ tried: the gait is followed there, verified, measured, and charged for the const
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from operator import attrgetter
 from typing import get_args
 
 import numpy as np
@@ -27,7 +26,7 @@ from legspring.kernel.measure import stretch_rates
 from legspring.kernel.walker import Floats
 from legspring.model import Animal, ModelError
 from legspring.objective import Goal, Penalty
-from legspring.optimum import TIE, Optimum
+from legspring.optimum import Optimum
 from legspring.problem import GaitProblem
 from legspring.solve import gait_near, search_gaits
 
@@ -67,8 +66,6 @@ class Direct:
         Whose gaits, rad; and what they are asked for, as by `search_gaits`.
     goal, of, constraints
         See `legspring.objective.Objective`.
-    limit
-        Bound of the eigenvalue magnitudes where the goal is efficiency; None for none.
     evaluations
         Actuations tried.
     """
@@ -80,7 +77,6 @@ class Direct:
     goal: Goal
     of: Map
     constraints: Constraints
-    limit: float | None = None
     evaluations: int = field(default=0)
 
     @cached_property
@@ -132,32 +128,8 @@ class Direct:
         """Measure a gait."""
         eigenvalue = abs(gait.multipliers[0]) if self.of == "complete" else gait.reduced_eigenvalue
         value = float(eigenvalue) if self.goal == "stability" else gait.transport_cost
-        penalties = list(self._limits(gait))
-        if self.goal == "efficiency" and self.limit is not None and eigenvalue > self.limit:
-            penalties.append(Penalty(Constraint.FIXED_POINT, "", 10.0 * (float(eigenvalue) - self.limit)))
-        if "heading" in dict(self.asked) and self.asked["heading"] is not None:
-            heading = float(gait.heading)
-            there = self.constraints.heading_beside(heading) - heading
-            if gait.origin is None or gait.origin.moved(gait, "heading", there) is None:
-                amount = self.constraints.missing(Constraint.FIXED_POINT_BESIDE, 1.0)
-                penalties.append(Penalty(Constraint.FIXED_POINT_BESIDE, "", amount))
-        return Trial(gait, value if math.isfinite(value) else math.inf, tuple(penalties))
-
-    def _limits(self, gait: Gait) -> list[Penalty]:
-        """Name the limits of legs that a gait passes; phases that are given are not its fault."""
-        free = {name.partition(".")[0] for name in getattr(getattr(gait.origin, "problem", None), "free", ())}
-        early, late = self.constraints.phase
-        middle = 0.5 * (early + late)
-        ratio = np.array(gait.actuation) / self.lengths
-        least, most = self.constraints.actuation
-        ratio = np.where(np.array(gait.actuation) > 0.0, ratio, 0.5 * (least + most))
-        phase = [phi if pair in free else middle for pair, phi in zip(gait.animal.pairs, gait.phase, strict=True)]
-        excess = self.constraints.excess(ratio, phase, angles_of(gait), signed=False)
-        amounts = np.nan_to_num(self.constraints.penalties(excess))
-        return [
-            Penalty(LIMITS[rule], gait.animal.pairs[pair], float(amounts[pair, rule]))
-            for pair, rule in np.argwhere(amounts > 0.0)
-        ]
+        penalties = tuple(charges(gait, self.constraints))
+        return Trial(gait, value if math.isfinite(value) else math.inf, penalties)
 
     def polished(self, start: Trial) -> tuple[Trial, str]:
         """Go downhill from a gait by Nelder and Mead's method; every trial follows the best gait so far."""
@@ -198,6 +170,29 @@ class Direct:
         return min(ends, key=lambda end: end[0].total, default=None)
 
 
+def charges(gait: Gait, constraints: Constraints) -> list[Penalty]:
+    """Name the constraints that a gait does not keep, and what that costs; phases that are given are not its fault."""
+    free = {name.partition(".")[0] for name in getattr(gait.origin, "free", ())}
+    early, late = constraints.phase
+    middle = 0.5 * (early + late)
+    ratio = np.array(gait.actuation) / pair_lengths(gait.animal)
+    least, most = constraints.actuation
+    ratio = np.where(np.array(gait.actuation) > 0.0, ratio, 0.5 * (least + most))
+    phase = [phi if pair in free else middle for pair, phi in zip(gait.animal.pairs, gait.phase, strict=True)]
+    excess = constraints.excess(ratio, phase, angles_of(gait), signed=False)
+    amounts = np.nan_to_num(constraints.penalties(excess))
+    found = [
+        Penalty(LIMITS[rule], gait.animal.pairs[pair], float(amounts[pair, rule]))
+        for pair, rule in np.argwhere(amounts > 0.0)
+    ]
+    if gait.origin is not None and "heading" in gait.origin.given:
+        there = constraints.heading_beside(gait.heading) - gait.heading
+        if gait.origin.moved(gait, "heading", there) is None:
+            missing = constraints.missing(Constraint.FIXED_POINT_BESIDE, 1.0)
+            found.append(Penalty(Constraint.FIXED_POINT_BESIDE, "", missing))
+    return found
+
+
 def angles_of(gait: Gait) -> Floats:
     """Return angles between length and force-free length against time, ``(P, 2)``, deg with rates in m/s.
 
@@ -233,7 +228,6 @@ def direct(
     goal: Goal,
     of: Map,
     constraints: Constraints | str,
-    limit: float | None = None,
 ) -> Direct:
     """Return the objective of an animal whose actuations are tried.
 
@@ -249,7 +243,7 @@ def direct(
     if of == "reduced" and not animal.tuned:
         raise ValueError(f"map = 'reduced': must be complete for {animal.name!r}, which has no desired speed")
     problems_for(animal, slope, family, checked_targets({"heading": heading}))
-    return Direct(animal, slope, family, {"heading": heading}, goal, of, named_constraints(constraints), limit)
+    return Direct(animal, slope, family, {"heading": heading}, goal, of, named_constraints(constraints))
 
 
 def tried(objective: Direct, seed: int) -> Optimum | None:
@@ -271,39 +265,3 @@ def tried(objective: Direct, seed: int) -> Optimum | None:
         active=active,
         evaluations=objective.evaluations,
     )
-
-
-def tried_front(
-    animal: Animal,
-    slope: float,
-    family: str,
-    heading: float | None,
-    of: Map,
-    constraints: Constraints | str,
-    ends: Sequence[Optimum],
-    points: int,
-) -> list[Gait]:
-    """Find gaits between the most stable and the cheapest by trial: the cheapest within bounds of the eigenvalue."""
-
-    def eigenvalue(gait: Gait) -> float:
-        return float(abs(gait.multipliers[0])) if of == "complete" else gait.reduced_eigenvalue
-
-    low, high = sorted(eigenvalue(end) for end in ends)
-    gaits: list[Gait] = list(ends)
-    near: Gait = min(ends, key=attrgetter("transport_cost"))
-    for limit in np.linspace(high, low, points)[1:-1]:
-        objective = direct(animal, slope, family, heading, "efficiency", of, constraints, float(limit))
-        trial, _ = objective.polished(objective.trial(near))
-        if eigenvalue(trial.gait) <= limit + TIE:
-            near = trial.gait
-            gaits.append(near)
-    return not_dominated(gaits, eigenvalue)
-
-
-def not_dominated(gaits: Sequence[Gait], eigenvalue: Callable[[Gait], float]) -> list[Gait]:
-    """Return the gaits than which no other is both more stable and cheaper, the most stable first."""
-    front: list[Gait] = []
-    for gait in sorted(gaits, key=lambda one: (eigenvalue(one), one.transport_cost)):
-        if not front or gait.transport_cost < front[-1].transport_cost - TIE * 1e-3:
-            front.append(gait)
-    return front

@@ -16,7 +16,7 @@ from legspring.layout import TIGHT, System
 from legspring.measures.cost import weighed, work_of_legs
 from legspring.measures.energy import total_energy
 from legspring.measures.footfalls import phase_lag, touchdowns
-from legspring.measures.forces import net_force, peak_force, peak_magnitude
+from legspring.measures.forces import needed_friction, net_force, peak_force, peak_magnitude
 from legspring.measures.registry import MEASURES
 from legspring.measures.robustness import Recovery, recover, recovery_steps
 from legspring.measures.sensitivity import Origin
@@ -459,6 +459,17 @@ class Gait:
     def net_force(self) -> tuple[Floats, Floats]:
         """Largest and smallest sum of the legs' forces (x, y) during a step, in units of m g."""
         return net_force(self.stride, steps=self.system.period)
+
+    @cached_property
+    def friction(self) -> float:
+        """Coefficient of friction that feet need not to slip; nan where none would do.
+
+        From the side, of each foot: its force has the direction of its leg. From above, of all feet together: the
+        largest force along the slope by the weight that presses them onto it, m g cos(slope).
+
+        See :ref:`model-friction`.
+        """
+        return needed_friction(self.stride)
 
     @property
     def yaw_amplitude(self) -> float:

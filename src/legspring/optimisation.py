@@ -16,10 +16,11 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
-from legspring.actuated import Map
+from legspring.actuated import Map, pair_lengths
 from legspring.checks import LARGEST_SEED, checked_angle, checked_choice, checked_whole, shown
-from legspring.constraints import Constraints
-from legspring.direct import direct, is_programmable, tried, tried_front
+from legspring.constraints import Constraints, named_constraints
+from legspring.direct import direct, is_programmable, tried
+from legspring.fronts import pareto
 from legspring.gait import Gait
 from legspring.kernel import newton
 from legspring.kernel.walker import Floats
@@ -257,16 +258,27 @@ def trade_off(
     angle = slope_for(animal, slope, slope_deg)
     here: dict[str, Any] = {"heading": heading, "family": family, "slope": angle, "map": map, "seed": seed}
     best = [optimize(animal, **here, objective=goal, constraints=constraints) for goal in get_args(Goal)]
-    if not is_programmable(animal):
-        ends = [optimum for optimum in best if optimum is not None]
-        return tried_front(animal, angle, family, heading, map, constraints, ends, points) if len(ends) == 2 else []
-    heading = heading_of(heading)
-    objective = Objective(animal, angle, heading, family, "efficiency", map, constraints=constraints)
-    stable, cheap = ([objective.candidate(gait)] if gait is not None else [] for gait in best)
-    if not stable or not cheap:
+    ends = [optimum for optimum in best if optimum is not None]
+    if len(ends) < 2:
         return []
-    gaits = (objective.gait(score) for score in front(objective, stable[0], cheap[0], points))
-    return [gait for gait in gaits if gait is not None]
+    rules, programmable = named_constraints(constraints), is_programmable(animal)
+    gaits: Sequence[Gait] = ends
+    if programmable:
+        objective = Objective(animal, angle, heading_of(heading), family, "efficiency", map, constraints=rules)
+        stable, cheap = (objective.candidate(end) for end in ends)
+        with threadpool_limits(1):
+            found = [objective.gait(score) for score in front(objective, stable, cheap, points)]
+        gaits = [gait for gait in found if gait is not None]
+    ranges = {
+        f"{pair}.actuation": (rules.actuation[0] * length, rules.actuation[1] * length)
+        for pair, length, amount in zip(animal.pairs, pair_lengths(animal), animal.actuation, strict=True)
+        if amount > 0.0
+    }
+    traded = ("reduced_eigenvalue" if map == "reduced" else "stability", "transport_cost")
+    whole = pareto(
+        gaits, ranges, minimize=traded, constraints=rules, evaluations=0, refine=not programmable, points=points
+    )
+    return list(whole.gaits)
 
 
 def scan(objective: Objective, seed: int = 0, nodes: int = NODES) -> list[Candidate]:

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from legspring.continuation import Continuation
+    from legspring.fronts import Front
     from legspring.gait import Gait
     from legspring.model import Animal
     from legspring.optimum import Optimum
@@ -206,6 +207,36 @@ def print_rough(gait: "Gait", dataset: "xr.Dataset") -> None:
         means = [f"{number(one[f'mean_{name}'])} +- {number(one[f'{name}_spread'])}" for name in ("speed", "heading")]
         rows.append((f"{one['scale']:g}", f"{share:.1f} % ({low:.1f} to {high:.1f})", failing, *means))
     print_rows(rows)
+
+
+def describe_front(front: "Front") -> list[dict[str, Any]]:
+    """Return the gaits of a front, an object each: what was traded, what varies, and the family."""
+    return [
+        {one.name: float(value) for one, value in zip(front.criteria, values, strict=True)}
+        | {"penalty": float(penalty), "family": gait.family}
+        | dict(zip(front.box.names, front.box.values(place).tolist(), strict=True))
+        for gait, values, penalty, place in zip(front.gaits, front.values, front.penalties, front.places, strict=True)
+    ]
+
+
+def print_front(gait: "Gait", front: "Front") -> None:
+    """Print the gaits of a front, a line each, and what separates its ends."""
+    words = [
+        f"{'least' if sign > 0.0 else 'most'} {one.name}" for one, sign in zip(front.criteria, front.signs, strict=True)
+    ]
+    print(f"{gait!r}: {', '.join(words)}; {front.evaluations} gaits tried, {len(front.gaits)} worth having")
+    found = describe_front(front)
+    if not found:
+        print("no gait keeps all bounds")
+        return
+    charged = ["penalty"] if any(front.penalties) else []
+    names = [*(one.name for one in front.criteria), *charged, *front.box.names]
+    rows = [("family", *names)]
+    rows += [(one["family"], *(f"{one[name]:.5g}" for name in names)) for one in found]
+    print_rows(rows)
+    print(*front.separation(), sep="\n")
+    if limits := front.at_limits():
+        print(f"most of them have {', '.join(limits)}: a wider range may give more")
 
 
 def print_rows(rows: Sequence[tuple[str, ...]]) -> None:

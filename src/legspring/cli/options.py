@@ -233,6 +233,23 @@ def parse_over(texts: list[str] | None) -> dict[str, tuple[float, ...]] | None:
     return over
 
 
+def parse_ranges(
+    option: str, texts: list[str], *, half_open: bool = False
+) -> dict[str, tuple[float | None, float | None]]:
+    """Read NAME=LOW:HIGH, each name once; where an end may be open, nothing stands for it."""
+    found: dict[str, tuple[float | None, float | None]] = {}
+    for text in texts:
+        name, equals, values = text.partition("=")
+        ends = values.split(":")
+        if not equals or name in found or len(ends) != 2 or not (half_open or all(ends)):
+            from legspring.checks import shown
+
+            raise ValueError(f"{option} = {shown(text)}: must be NAME=LOW:HIGH, each name once")
+        low, high = (number(end) if end else None for end in ends)
+        found[name] = low, high
+    return found
+
+
 def parse_phase(animal: "Animal", text: str) -> list[float]:
     """Read the phase of each pair of legs, in degrees."""
     degrees = parse_numbers("--phase", text) or ()

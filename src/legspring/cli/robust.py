@@ -1,4 +1,4 @@
-"""Commands that say what a gait survives."""
+"""Commands that say what a gait survives, and what that costs."""
 
 import sys
 from pathlib import Path
@@ -13,17 +13,21 @@ from legspring.cli.options import (
     integer,
     number,
     parse_grid,
+    parse_names,
     parse_numbers,
     parse_over,
+    parse_ranges,
 )
 from legspring.cli.outputs import draws, save, save_dataset
 from legspring.cli.program import app, patience
 from legspring.cli.subjects import FindGait, about_gait
 from legspring.printing import (
     describe_basin,
+    describe_front,
     describe_pushes,
     describe_rough,
     print_basin,
+    print_front,
     print_json,
     print_pushes,
     print_rough,
@@ -155,6 +159,79 @@ def rough(
     )
     print_json(describe_rough(dataset)) if as_json else print_rough(gait, dataset)
     save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_rough", dataset)))
+
+
+@app.command()
+@about_gait
+def pareto(
+    found: FindGait,
+    over: Annotated[
+        list[str],
+        typer.Option("--over", metavar="NAME=LOW:HIGH", help="A parameter and its range, once or more; SI units."),
+    ],
+    minimize: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAMES",
+            help="What is to be small, separated by commas: measures, or stability, recovery, push, roughness.",
+        ),
+    ] = None,
+    maximize: Annotated[str | None, typer.Option(metavar="NAMES", help="What is to be large.")] = None,
+    bound: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=LOW:HIGH",
+            help="What a gait must keep to, as in friction=:0.8 or mean_speed=0.3:, any number.",
+        ),
+    ] = None,
+    constraints: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Constraints at a price, as in optimize: peterson2011.")
+    ] = None,
+    evaluations: Annotated[
+        int, typer.Option(parser=integer, metavar="NUMBER", help="Gaits that the global search tries; 0 for none.")
+    ] = 1000,
+    points: Annotated[
+        int, typer.Option(parser=integer, metavar="NUMBER", help="Largest number of gaits of the front.")
+    ] = 15,
+    seed: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="Of the global search.")] = 0,
+    store: Annotated[
+        Path | None,
+        typer.Option(metavar="DIRECTORY", help="Keeps what was computed: a search that was stopped goes on."),
+    ] = None,
+    out: Dataset = None,
+    as_json: Json = False,
+    figure: FigureFile = None,
+) -> None:
+    """Find the gaits that are worth having where several things are to be small, or large.
+
+    Example: legspring pareto cockroach --slope 10 --heading 0.15 --family A --over F.stiffness=0.5:2.5 --over
+    B.stiffness=0.5:2.5 --minimize stability,transport_cost --figure front.png
+    """
+    check_outputs(out, figure)
+    ranges = parse_ranges("--over", over)
+    limits = parse_ranges("--bound", bound or [], half_open=True)
+    least, most = parse_names(minimize), parse_names(maximize)
+    gait = found()
+    with patience("loading"):
+        from legspring.fronts import pareto
+    try:
+        front = pareto(
+            gait,
+            ranges,  # type: ignore[arg-type]  # none of which is half open
+            minimize=least,
+            maximize=most,
+            bounds=limits,  # type: ignore[arg-type]
+            constraints=constraints,
+            evaluations=evaluations,
+            points=points,
+            seed=seed,
+            store=store,
+            progress=sys.stderr.isatty(),
+        )
+    except ImportError as error:
+        raise ValueError(str(error)) from None
+    print_json(describe_front(front)) if as_json else print_front(gait, front)
+    save((out, lambda path: save_dataset(front.to_dataset(), path)), (figure, draws("draw_front", front)))
 
 
 def parse_amounts(texts: list[str]) -> dict[str, float]:

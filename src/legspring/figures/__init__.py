@@ -12,6 +12,7 @@ from legspring.figures.basins import draw_basin, draw_pushes, draw_rough
 from legspring.figures.bifurcations import draw_bifurcations
 from legspring.figures.boundaries import draw_boundaries
 from legspring.figures.footfalls import draw_footfalls
+from legspring.figures.fronts import draw_front
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
 from legspring.figures.series import draw_energy, draw_motion
@@ -27,6 +28,7 @@ __all__ = [
     "draw_boundaries",
     "draw_energy",
     "draw_footfalls",
+    "draw_front",
     "draw_gait",
     "draw_motion",
     "draw_pushes",

@@ -39,6 +39,10 @@ class Measurable(Protocol):
     def apex_height(self) -> float:
         """Largest height in flight; nan where there is none."""
 
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction needed; nan where none would do."""
+
 
 def always(_: "Animal") -> bool:
     """Say that maps of any animal have it."""
@@ -139,6 +143,12 @@ def _not_put_down(gait: Measurable) -> str | None:
     return f"not put down in a stride: {', '.join(names)}" if names else None
 
 
+def _slips(gait: Measurable) -> str | None:
+    if gait.friction == gait.friction:
+        return None
+    return "a leg pulls at the ground" if gait.animal.sagittal else "nothing presses feet onto a wall"
+
+
 MEASURES = (
     Measure("family", "", "pairs of legs that push"),
     Measure("branch", "", "branch, by the phase of the hindmost legs", mapped=never),
@@ -182,6 +192,7 @@ MEASURES = (
     Measure("transport_cost", "1", "transport cost (Eqs. 3.5, 3.6)", missing=_nowhere),
     Measure("work", "1", "work of each leg", ("single_leg", "sign"), missing=_nowhere, mapped=never),
     Measure("peak_force", "m g", "peak force of a leg on the body", ("leg", "axis")),
+    Measure("friction", "1", "coefficient of friction that feet need", missing=_slips),
     Measure("yaw_amplitude", "rad", "largest yaw to either side", mapped=yaws),
     Measure("peak_moment", "N m", "largest moment of all legs about the centre of mass", mapped=yaws),
     Measure("net_force_max", "m g", "largest sum of the forces of all legs", ("axis",), lambda gait: gait.net_force[0]),
