@@ -48,7 +48,7 @@ def gait() -> ls.Gait:
 
 
 @pytest.mark.parametrize(
-    "command", ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin", "push", "rough"]
+    "command", ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin", "push", "rough", "pareto"]
 )
 def test_every_command_has_help_with_an_example(command: str) -> None:
     result = run(command, "--help")
@@ -237,6 +237,26 @@ def test_rough(tmp_path: Path) -> None:
         (["--with", "slope_deg=1", "--correlation", "1"], "must be from 0 to below 1"),
     ):
         assert words in error("rough", "cockroach", *HERE, *options)
+
+
+def test_pareto(tmp_path: Path) -> None:
+    here = ["pareto", "cockroach", "--slope", "10", "--heading", "0.15", "--over", "B.stiffness=1.2:1.8"]
+    wanted = ["--minimize", "stability,transport_cost", "--evaluations", "24", "--points", "4"]
+    found = records(*here, *wanted, "--bound", "friction=:2", "--store", tmp_path / "kept")
+    assert all(1.2 <= one["B.stiffness"] <= 1.8 for one in found)
+    assert [one["stability"] for one in found] == sorted(one["stability"] for one in found)
+    files = [tmp_path / name for name in ("front.nc", "front.png")]
+    shown = run(*here, *wanted, "--out", files[0], "--figure", files[1]).stdout
+    assert "least stability, least transport_cost; 24 gaits tried" in shown
+    assert "from the best stability to the best transport_cost: B.stiffness" in shown
+    assert all(file.stat().st_size > 1000 for file in files)
+    for options, words in (
+        (["--over", "F.stiffness", *wanted], "must be NAME=LOW:HIGH"),
+        (["--over", "F.stiffness=1:x", *wanted], "must be"),
+        (["--over", "F.stiffness=1:2"], "must be two criteria or more"),
+        (["--over", "F.stiffness=1:2", *wanted, "--bound", "wings=1:"], "must be one of"),
+    ):
+        assert words in error("pareto", "cockroach", *HERE, *options)
 
 
 def test_what_branches_off_is_followed_too() -> None:

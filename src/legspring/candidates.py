@@ -149,6 +149,11 @@ class Trial:
     excess: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
+    def numbers(self) -> Floats:
+        """Criteria, and by how much it is beyond bounds, ``(M + C,)``."""
+        return np.concatenate([self.values, self.excess])
+
+    @property
     def keeps(self) -> bool:
         """Whether it is a gait within all bounds, of which all criteria are known."""
         return self.gait is not None and bool(np.all(self.excess <= 0.0)) and bool(np.all(np.isfinite(self.values)))
@@ -231,8 +236,14 @@ class Judge:
             found += [value - high] if high < math.inf else []
         return np.nan_to_num(np.array(found), nan=math.inf)
 
-    def slopes(self, trial: Trial) -> tuple[Floats, Floats] | None:
-        """Return derivatives of criteria, ``(M, D)``, and of what is beyond bounds; None where a gait is lost.
+    @property
+    def sizes(self) -> Floats:
+        """What is a large excess of each bound, ``(C,)``: a tenth of it."""
+        ends = [end for _, low, high in self.bounds for end in (low, high) if math.isfinite(end)]
+        return 0.1 * np.maximum(np.abs(np.array(ends)), 1e-3)
+
+    def slopes(self, trial: Trial) -> Floats | None:
+        """Return derivatives of criteria and of what is beyond bounds, ``(M + C, D)``; None where a gait is lost.
 
         Differences of gaits found anew on both sides, or on one at the edge of the box.
         """
@@ -248,12 +259,9 @@ class Judge:
                     return None
                 ends.append(trial if gait is trial.gait else self.judged(place, trial.start, gait))
             width = ends[0].place[n] - ends[1].place[n]
-            both = [np.concatenate([end.values, end.excess]) for end in ends]
-            rows.append((both[0] - both[1]) / width)
+            rows.append((ends[0].numbers - ends[1].numbers) / width)
         by = np.array(rows).T
-        if not np.all(np.isfinite(by)):
-            return None
-        return by[: len(trial.values)], by[len(trial.values) :]
+        return by if np.all(np.isfinite(by)) else None
 
 
 def bounds_of(bounds: Bounds) -> tuple[tuple[Criterion, float, float], ...]:

@@ -29,18 +29,29 @@ class Search:
     judge, start
         What judges; where it begins.
     target, weights
-        The largest of (value - target) / weight is to be small; criteria of infinite weight do not count.
+        The largest of (value - target) / weight is to be small; criteria of infinite weight do not count. None: what is
+        beyond bounds is to be small instead.
     """
 
-    def __init__(self, judge: Judge, start: Trial, target: Floats, weights: Floats) -> None:
-        self.judge, self.best, self.target, self.weights = judge, start, target, weights
+    def __init__(self, judge: Judge, start: Trial, target: Floats, weights: Floats | None) -> None:
+        self.judge, self.best = judge, start
+        count, limits = len(judge.criteria), len(start.excess)
         self.held = np.array([not one.smooth for one in judge.criteria])
-        self.counts = np.isfinite(weights) & ~self.held
+        self.restores = weights is None
+        self.target = np.concatenate([target, np.zeros(limits)])
+        own = np.full(count, np.inf) if weights is None else np.where(self.held, np.inf, weights)
+        self.weights = np.concatenate([own, judge.sizes if weights is None else np.full(limits, np.inf)])
+        self.counts = np.isfinite(self.weights)
         self.trial, self.slopes = start, judge.slopes(start)
 
     def merit(self, trial: Trial) -> float:
         """Return what is to be small."""
-        return float(np.max(((trial.values - self.target) / self.weights)[self.counts]))
+        return float(np.max(((trial.numbers - self.target) / self.weights)[self.counts]))
+
+    def allows(self, trial: Trial) -> bool:
+        """Whether something is kept to that must be: all bounds, if they are not what it is about; and what is held."""
+        worse = trial.values[self.held] > self.best.values[self.held]
+        return self.restores or (trial.keeps and not worse.any())
 
     def at(self, place: Floats) -> Trial:
         """Look at a place."""
@@ -49,15 +60,14 @@ class Search:
             if gait is None or gait.invalid() is not None:
                 raise Lost
             self.trial, self.slopes = self.judge.judged(place.copy(), self.best.start, gait), None
-            if not np.all(np.isfinite(self.trial.values)) or not np.all(np.isfinite(self.trial.excess)):
+            if not np.all(np.isfinite(self.trial.numbers)):
                 raise Lost
-            worse = self.trial.values[self.held] > self.best.values[self.held]
-            if self.trial.keeps and not worse.any() and self.merit(self.trial) < self.merit(self.best):
+            if self.allows(self.trial) and self.merit(self.trial) < self.merit(self.best):
                 self.best = self.trial
         return self.trial
 
-    def rates(self, place: Floats) -> tuple[Floats, Floats]:
-        """Return the derivatives there."""
+    def rates(self, place: Floats) -> Floats:
+        """Return the derivatives there, ``(M + C, D)``."""
         trial = self.at(place)
         if self.slopes is None:
             self.slopes = self.judge.slopes(trial)
@@ -69,20 +79,22 @@ class Search:
         """Search the part of the box around the best gait."""
         centre, size = self.best.place, len(self.best.place)
         low, high = np.maximum(centre - radius, 0.0), np.minimum(centre + radius, 1.0)
-        weights, target = self.weights[self.counts], self.target[self.counts]
+        weights, target, count = self.weights[self.counts], self.target[self.counts], len(self.judge.criteria)
 
         def clipped(x: Floats) -> Floats:
             # SLSQP may leave a bound by a rounding error.
             return np.clip(x[:size], low, high)
 
         def margins(x: Floats) -> Floats:
-            trial = self.at(clipped(x))
-            return np.concatenate([x[size] - (trial.values[self.counts] - target) / weights, -trial.excess])
+            numbers = self.at(clipped(x)).numbers
+            room = x[size] - (numbers[self.counts] - target) / weights
+            return room if self.restores else np.concatenate([room, -numbers[count:]])
 
         def margins_by(x: Floats) -> Floats:
-            by, by_excess = self.rates(clipped(x))
+            by = self.rates(clipped(x))
             rows = np.hstack([-by[self.counts] / weights[:, None], np.ones((len(weights), 1))])
-            return np.vstack([rows, np.hstack([-by_excess, np.zeros((len(by_excess), 1))])])
+            rest = np.hstack([-by[count:], np.zeros((len(by) - count, 1))])
+            return rows if self.restores else np.vstack([rows, rest])
 
         direction = np.append(np.zeros(size), 1.0)
         minimize(
@@ -96,10 +108,11 @@ class Search:
         )
 
 
-def descended(judge: Judge, start: Trial, target: Floats, weights: Floats) -> Trial | None:
+def descended(judge: Judge, start: Trial, target: Floats, weights: Floats | None) -> Trial | None:
     """Return the best gait that a search downhill from one that keeps all bounds finds; None if there is no better.
 
-    What has no derivatives is held: it must not become worse. One criterion alone is searched thoroughly.
+    What has no derivatives is held: it must not become worse. One criterion alone is searched thoroughly. Without
+    weights, the search is for one that keeps the bounds.
     """
     search, radius = Search(judge, start, target, weights), RADIUS
     effort = THOROUGH if np.sum(search.counts) == 1 else 1
@@ -113,7 +126,7 @@ def descended(judge: Judge, start: Trial, target: Floats, weights: Floats) -> Tr
             radius *= 0.5
         if not search.merit(search.best) < before - GAIN / effort**2:
             radius *= 0.25
-        if radius < SMALLEST / effort**2:
+        if radius < SMALLEST / effort**2 or (search.restores and search.best.keeps):
             break
         search.trial, search.slopes = search.best, None
     return search.best if math.isfinite(search.merit(search.best)) and search.best is not start else None

@@ -132,7 +132,7 @@ class Front:
             "objectives": (("point", "objective"), self.values, {"long_name": "what is traded"}),
             "parameters": (
                 ("point", "parameter"),
-                np.array([self.box.values(place) for place in self.places]).reshape(len(self.gaits), -1),
+                np.array([self.box.values(place) for place in self.places]).reshape(self.places.shape),
                 {"long_name": "what varies"},
             ),
             "penalty": ("point", self.penalties, {"long_name": "charged for constraints", "units": "1"}),
@@ -390,7 +390,7 @@ def local(archive: Archive, points: int, progress: bool) -> list[Trial]:
     """Search locally for the ends of the front, from some points of it, and in its gaps; return it."""
     judge = archive.judge
     smooth = np.array([one.smooth for one in judge.criteria])
-    front = worthwhile(archive)
+    front = worthwhile(archive) or restored(archive)
     if not front or not smooth.any():
         return spread(front, points)
     with progress_bar("refining", points + len(judge.criteria), show=progress) as tick:
@@ -412,6 +412,16 @@ def local(archive: Archive, points: int, progress: bool) -> list[Trial]:
             front = spread(front, points)
             tick(1)
     return spread(front, points)
+
+
+def restored(archive: Archive) -> list[Trial]:
+    """Search for a gait that keeps all bounds where none does that was tried: from the one that comes closest."""
+    some = [one for one in archive.trials if np.all(np.isfinite(one.numbers))]
+    start = min(some, key=lambda one: float(np.max(one.excess / archive.judge.sizes)), default=None)
+    if start is None:
+        return []
+    end = archive.local("bounds", lambda: descended(archive.judge, start, start.values, None), start)
+    return [] if end is None or not end.keeps else [end]
 
 
 def worthwhile(archive: Archive) -> list[Trial]:

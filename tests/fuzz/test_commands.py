@@ -79,6 +79,8 @@ VALUES: dict[str, list[str]] = {
     "--help": [], "--version": [], "--memory": [*WORDS, "kept", "rebuilt"], "--refine": NUMBERS,
     "--directions": NUMBERS, "--moments": NUMBERS, "--impulses": GRIDS, "--runs": NUMBERS, "--scales": GRIDS,
     "--distribution": [*WORDS, "normal", "uniform"], "--correlation": NUMBERS, "--seed": NUMBERS,
+    "--minimize": NAMES, "--maximize": [*NAMES, "push"], "--bound": [*OVERS, "friction=:2", "speed=nan:1"],
+    "--constraints": [*WORDS, "peterson2011"], "--points": NUMBERS, "--evaluations": NUMBERS,
     "--with": [f"{name}={value}" for name in ("slope_deg", "miss", "height", "wind") for value in NUMBERS] + ["a", "="],
 }  # fmt: skip
 OPTIONS = {
@@ -94,9 +96,18 @@ OPTIONS = {
     "basin": ["--over", "--memory", "--refine", "--out", "--figure", "--json"],
     "push": ["--directions", "--moments", "--impulses", "--out", "--figure", "--json"],
     "rough": ["--with", "--runs", "--scales", "--distribution", "--correlation", "--seed", "--out", "--json"],
+    "pareto": ["--over", "--minimize", "--maximize", "--bound", "--constraints", "--points", "--evaluations", "--out"],
     "optimize": ["--objective", "--family", "--map", "--method", "--json", "--figure"],
     "reproduce": ["--out", "--only", "--method", "--workers"],
 }
+
+
+FIRST = {
+    "basin": ["--over", "speed=0.2,0.3"],
+    "rough": ["--with", "slope_deg=3"],
+    "pareto": ["--over", "F.stiffness=1:2", "--minimize", "stability,transport_cost"],
+}
+"""What commands cannot do without."""
 
 
 @st.composite
@@ -114,8 +125,8 @@ def arguments(draw: st.DrawFn) -> list[str]:
         )
         if draw(st.integers(0, 3)):
             given += ["--slope", "45", "--heading", "0.15"] if command != "atlas" else ["--out", "a.nc"]
-        if command in ("basin", "rough") and draw(st.integers(0, 3)):
-            given += ["--over", "speed=0.2,0.3"] if command == "basin" else ["--with", "slope_deg=3"]
+        if command in FIRST and draw(st.integers(0, 3)):
+            given += FIRST[command]
     for option in draw(st.lists(st.sampled_from(OPTIONS[command]), max_size=2)):
         given.append(option)
         given += [draw(st.one_of(*[st.sampled_from(VALUES[option])] * 9, text()))] if VALUES[option] else []
@@ -141,7 +152,7 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
         short = functools.partial(solve.search_gaits, starts=4)
         patch.setattr("legspring.solve.search_gaits", short)
         long = ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store")
-        for name in (*long, "basins.refined", "pushing.Trial", "roughness.run_all"):
+        for name in (*long, "basins.refined", "pushing.Trial", "roughness.run_all", "fronts.Archive"):
             patch.setattr(f"legspring.{name}", worked, raising=False)
         patch.setattr("legspring.sweep.find_on", worked)
         yield CliRunner()

@@ -63,7 +63,7 @@ def needed_friction(run: Flow) -> float:
     times = (tape.time[:count, None] + SHARES * size[:, None]).ravel()
     index = np.repeat(np.arange(count), len(SHARES))
     seen = run.samples(times, index)
-    if np.any(seen.down & (np.sign(seen.legs[..., 1]) * seen.force > PULL)):
+    if np.any(seen.down & (seen.force > PULL)):
         return math.nan
     with np.errstate(divide="ignore", invalid="ignore"):
         ratios = np.where(seen.down, np.abs(seen.legs[..., 0] / seen.legs[..., 1]), 0.0)
