@@ -4,13 +4,16 @@ import json
 import math
 import pickle
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import legspring as ls
+from legspring import pushing, roughness, settling
 from legspring.constraints import Constraint
 from legspring.memory import Memory
 from legspring.objective import Candidate, Penalty, Score
@@ -115,3 +118,40 @@ def test_a_result_in_the_place_of_another_is_missing(memory: Memory) -> None:
     (file,) = memory.directory.iterdir()
     file.rename(memory.directory / f"{memory.key('g')}.json")
     assert memory.get(memory.key("g")) is None
+
+
+OVER = {"speed": np.linspace(0.1, 1.5, 70), "heading": np.linspace(-1.2, 1.2, 70)}
+
+
+@pytest.mark.parametrize(
+    ("where", "name", "ask"),
+    [
+        (settling.Settling, "__call__", partial(ls.basin, over=OVER)),
+        (pushing.Trial, "__call__", partial(ls.pushes, directions=4, moments=2, impulses=[1, 5])),
+        (roughness, "run_all", partial(ls.rough, roughness={"slope_deg": 20}, runs=64, strides=10)),
+    ],
+)
+def test_what_was_stopped_goes_on_to_the_same_end(
+    where: Any, name: str, ask: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gait = ls.find_gaits(ls.cockroach(), slope_deg=15, heading=0.2)[0]
+    whole, work, calls = ask(gait, workers=1), getattr(where, name), list[int]()
+
+    def counting(*arguments: Any, most: int = 1000) -> Any:
+        calls.append(1)
+        if len(calls) > most:
+            raise KeyboardInterrupt
+        return work(*arguments)
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(where, name, lambda *arguments: counting(*arguments, most=1))
+        ask(gait, workers=1, store=tmp_path)
+    kept = len(list(tmp_path.iterdir()))
+    with monkeypatch.context() as patch:
+        patch.setattr(where, name, lambda *arguments: counting(*arguments))
+        calls.clear()
+        resumed, first = ask(gait, workers=1, store=tmp_path), len(calls)
+        again = ask(gait, workers=1, store=tmp_path)
+        assert kept == 1 and 0 < first == len(calls)
+    for other in (resumed, again):
+        xr.testing.assert_equal(whole, other)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
@@ -12,9 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from legspring.checks import checked_choice, checked_whole, checked_workers, shown
 from legspring.gait import Gait
+from legspring.kept import gait_as_json
 from legspring.kernel.walker import Floats, Ints
 from legspring.layout import PLACES, START, System
 from legspring.measures.sensitivity import unit_of, value_of
+from legspring.memory import Memory, digest, opened, recalled
 from legspring.progress import progress_bar
 from legspring.returnmap import state_names
 from legspring.settling import FATES, Attractor, Settling, attractor
@@ -36,6 +39,7 @@ def basin(
     most_strides: int = MOST_STRIDES,
     refine: int = 0,
     workers: int | None = None,
+    store: str | os.PathLike[str] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Find out which starts lead to a gait, and where the others go.
@@ -60,6 +64,8 @@ def basin(
         How often to halve the grid where neighbours go to different places; what lies between equals is filled in.
     workers
         Threads; by default one a core. The result does not depend on it.
+    store
+        Directory that keeps what was computed, so that one that was stopped goes on where it was.
     progress
         Whether to show a progress bar.
 
@@ -90,15 +96,21 @@ def basin(
     most = checked_whole("most_strides", most_strides, 1, 1_000_000)
     levels, count = checked_whole("refine", refine, 0, MOST_REFINED), checked_workers(workers)
     begin = time.perf_counter()
-    starts = Starts(gait, memory, tuple(axes), parameter, most, count)
+    about = gait_as_json(gait), memory, list(axes), most
+    starts = Starts(gait, memory, tuple(axes), parameter, most, count, opened(store, "basin", *about))
     total = math.prod(len(axis) for axis in axes.values())
     with progress_bar("following starts", total, show=progress) as tick:
         grid, fates, steps, simulated = refined(list(axes.values()), starts, levels, tick)
     axes = dict(zip(axes, grid, strict=True))
     found = as_dataset(starts, axes, fates, steps, simulated)
     at = {name: float(gait.point[gait.system.place_of(name)]) for name in axes if name != "slope_deg"}
-    about = {"memory": memory, "most_strides": most, "seconds": time.perf_counter() - begin, "gait": json.dumps(at)}
-    return found.assign_attrs(provenance(gait.animal, {}) | about | {"title": f"Basins of {gait!r}"})
+    attributes = {
+        "memory": memory,
+        "most_strides": most,
+        "seconds": time.perf_counter() - begin,
+        "gait": json.dumps(at),
+    }
+    return found.assign_attrs(provenance(gait.animal, {}) | attributes | {"title": f"Basins of {gait!r}"})
 
 
 def checked_axes(gait: Gait, over: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], str | None]:
@@ -164,11 +176,21 @@ class Starts:
         The coordinates, and which of them is a parameter.
     most, workers
         Most strides; threads.
+    kept
+        What is known already of some starts; None to keep nothing.
     """
 
     def __init__(
-        self, gait: Gait, memory: str, names: Sequence[str], parameter: str | None, most: int, workers: int
+        self,
+        gait: Gait,
+        memory: str,
+        names: Sequence[str],
+        parameter: str | None,
+        most: int,
+        workers: int,
+        kept: Memory | None = None,
     ) -> None:
+        self.kept = kept
         self.system, self.names, self.parameter, self.most, self.workers = gait.system, names, parameter, most, workers
         self.start = gait.point.copy()
         self.value = value_of(gait, parameter) if parameter else 0.0
@@ -205,8 +227,21 @@ class Starts:
                 for n, name in enumerate(self.names):
                     if name != self.parameter:
                         p[:, self.system.direction(name) != 0.0] = points[some, n, None]
-                fates[some], steps[some] = self.settling(float(value))(p)
+                fates[some], steps[some] = self._settled(self.settling(float(value)), p)
                 tick(len(some))
+        return fates, steps
+
+    def _settled(self, settling: Settling, p: Floats) -> tuple[Ints, Ints]:
+        """Return where some starts settle, which may be known, and what else was met on the way as well."""
+        before = len(settling.found)
+
+        def work() -> tuple[Ints, Ints, list[tuple[Floats, int]]]:
+            fates, steps = settling(p)
+            return fates, steps, [(one.point, len(one.moments)) for one in settling.found[before:]]
+
+        fates, steps, met = recalled(self.kept, work, "starts", digest(p), before)
+        for point, periods in met[len(settling.found) - before :]:
+            settling.found.append(attractor(self.system, point, periods))
         return fates, steps
 
 

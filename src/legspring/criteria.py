@@ -14,6 +14,8 @@ from legspring.measures.sensitivity import EVIDENCE
 from legspring.pushing import pushes
 from legspring.roughness import rough
 
+GIVEN = "as it was given"
+"""What is said of a function that somebody gave."""
 PUSH = 0.5
 """Impulse from which `recovery` is, to either side, in units of m v_des."""
 DIRECTIONS, MOMENTS = 8, 4
@@ -96,7 +98,7 @@ def criterion(what: str | Callable[[Gait], float]) -> Criterion:
         For a name that is none.
     """
     if callable(what):
-        return Criterion(str(getattr(what, "__name__", "function")), "1", "as it was given", what)
+        return Criterion(str(getattr(what, "__name__", "function")), "1", GIVEN, what)
     if isinstance(what, str) and what in OTHERS:
         return OTHERS[what]
     if not isinstance(what, str) or what not in MEASURED:

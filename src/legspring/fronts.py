@@ -11,7 +11,6 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,14 +21,13 @@ from threadpoolctl import threadpool_limits
 from legspring.candidates import Bounds, Box, Judge, Trial, bounds_of, box_of
 from legspring.checks import LARGEST_SEED, checked_whole, checked_workers, shown
 from legspring.constraints import Constraints, named_constraints
-from legspring.criteria import Criterion, criteria
+from legspring.criteria import GIVEN, Criterion, criteria
 from legspring.descent import descended
-from legspring.files import code_stamp
 from legspring.gait import Gait
 from legspring.kept import gait_as_json, gait_from_json
 from legspring.kernel.walker import Floats
 from legspring.measures.registry import mapped, measured
-from legspring.memory import Memory
+from legspring.memory import Memory, opened, recalled
 from legspring.parallel import in_threads
 from legspring.progress import progress_bar
 from legspring.sweep import coordinates, empty_map, fill, provenance
@@ -247,7 +245,7 @@ def pareto(
     if count:
         check_library()
     begin = time.perf_counter()
-    archive = Archive(judge, threads, None if store is None else kept_in(Path(store), judge))
+    archive = Archive(judge, threads, kept_in(store, judge))
     with threadpool_limits(1):
         first = judge.first()
         archive.trials += first
@@ -270,15 +268,13 @@ def check_library() -> None:
         raise ImportError("pareto: needs pymoo; install it with: pip install 'legspring[pareto]'") from None
 
 
-def kept_in(directory: Path, judge: Judge) -> Memory:
+def kept_in(store: str | os.PathLike[str] | None, judge: Judge) -> Memory | None:
     """Return what is kept of a search in a directory."""
-    if any(one.words == "as it was given" for one in judge.criteria):
-        raise ValueError(f"store = {str(directory)!r}: must be left out where a criterion is a function")
+    if store is not None and any(one.words == GIVEN for one in judge.criteria):
+        raise ValueError(f"store = {str(store)!r}: must be left out where a criterion is a function")
     about = [gait_as_json(gait) for gait in judge.starts], judge.box, [one.name for one in judge.criteria]
     limits = [(one.name, low, high) for one, low, high in judge.bounds]
-    memory = Memory(directory, code_stamp(), ())
-    memory.stamp = memory.key(*about, limits, judge.signs, judge.constraints)
-    return memory
+    return opened(store, "pareto", *about, limits, judge.signs, judge.constraints)
 
 
 class Archive:
@@ -302,45 +298,39 @@ class Archive:
     def __call__(self, places: Floats, starts: Sequence[int], tick: Callable[[int], None]) -> list[Trial]:
         """Try some places, each going back to one of the given gaits."""
         tasks, known = list(zip(places, starts, strict=True)), list(self.trials)
-        key = "" if self.memory is None else self.memory.key("generation", self.evaluations, places, list(starts))
-        kept = None if self.memory is None else self.memory.get(key)
-        if kept is not None:
-            found = [self._unpacked(task, one) for task, one in zip(tasks, kept, strict=True)]
-            tick(len(found))
-        else:
-            begin = time.perf_counter()
-            found = in_threads(lambda task: self.judge(task[0], task[1], known), tasks, self.workers, tick)
-            if self.memory is not None:
-                self.memory.put(key, [_packed(trial) for trial in found], time.perf_counter() - begin)
+
+        def work() -> list[list[Any]]:
+            trials = in_threads(lambda task: self.judge(task[0], task[1], known), tasks, self.workers, tick)
+            return [_packed(trial) for trial in trials]
+
+        before = self.evaluations
+        kept = recalled(self.memory, work, "generation", before, places, list(starts))
+        found = [_unpacked(one, start) for one, start in zip(kept, starts, strict=True)]
         self.trials += [trial for trial in found if trial.gait is not None]
         self.evaluations += len(found)
         return found
 
     def local(self, name: str, search: Callable[[], Trial | None], start: Trial) -> Trial | None:
-        """Return the end of a local search, which may be kept."""
-        if self.memory is None:
-            return search()
-        key = self.memory.key("local", name, start.place, start.values)
-        kept = self.memory.get(key)
-        if kept is not None:
-            return self._unpacked((np.array(kept[3]), start.start), kept[:3]) if kept[0] else None
-        begin = time.perf_counter()
-        end = search()
-        packed = ["", [], [], []] if end is None else [*_packed(end), end.place.tolist()]
-        self.memory.put(key, packed, time.perf_counter() - begin)
-        return end
+        """Return the end of a local search, which may be kept; None if that is no better."""
 
-    def _unpacked(self, task: tuple[Floats, int], kept: Sequence[Any]) -> Trial:
-        text, values, excess = kept
-        if not text:
-            return Trial(*task)
-        return Trial(*task, gait_from_json(text), np.array(values, dtype=float), np.array(excess, dtype=float))
+        def work() -> list[Any]:
+            end = search()
+            return [] if end is None else _packed(end)
+
+        kept = recalled(self.memory, work, "local", name, start.place, start.values)
+        return _unpacked(kept, start.start) if kept else None
 
 
 def _packed(trial: Trial) -> list[Any]:
     """Return a trial as it is kept."""
     text = "" if trial.gait is None else gait_as_json(trial.gait)
-    return [text, trial.values.tolist(), trial.excess.tolist()]
+    return [text, trial.place, trial.values, trial.excess]
+
+
+def _unpacked(kept: Sequence[Any], start: int) -> Trial:
+    """Return a trial of which this is kept."""
+    text, place, values, excess = kept
+    return Trial(place, start, gait_from_json(text), values, excess) if text else Trial(place, start)
 
 
 def explore(archive: Archive, evaluations: int, seed: int, progress: bool) -> None:

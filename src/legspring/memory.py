@@ -4,19 +4,24 @@ JSON, and nothing that could run: folders travel. Floats come back bit by bit. E
 damaged, or foreign, counts as missing.
 """
 
+import base64
 import hashlib
 import json
-from collections.abc import Sequence
+import os
+import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
 
-from legspring.files import whole_file
+from legspring.files import code_stamp, whole_file
+
+T = TypeVar("T")
 
 
 class Memory:
@@ -76,12 +81,40 @@ class Memory:
             return value
         ((name, inside),) = value.items()
         if name == "array":
-            kind, shape, numbers = inside
-            return np.array(numbers, dtype=kind).reshape(shape)
+            kind, shape, text = inside
+            # A copy, which may be written to.
+            return np.frombuffer(base64.b64decode(text), dtype=kind).reshape(shape).copy()
         parts = self._decoded(inside)
         if name == "tuple":
             return tuple(parts)
         return dict(parts) if name == "dict" else self._kinds[name](*parts)
+
+
+def opened(store: str | os.PathLike[str] | None, *about: Any) -> Memory | None:
+    """Return the memory, in a directory, of a computation about something; None if nothing is to be kept."""
+    if store is None:
+        return None
+    memory = Memory(Path(store), code_stamp(), ())
+    memory.stamp = memory.key(*about)
+    return memory
+
+
+def recalled(memory: Memory | None, work: Callable[[], T], *what: Any) -> T:
+    """Return what is kept under some words, or what the work gives, which is kept then."""
+    if memory is None:
+        return work()
+    key = memory.key(*what)
+    found: T | None = memory.get(key)
+    if found is None:
+        begin = time.perf_counter()
+        found = work()
+        memory.put(key, found, time.perf_counter() - begin)
+    return found
+
+
+def digest(*arrays: np.ndarray) -> str:
+    """Return what tells arrays from others, in short."""
+    return hashlib.sha256(b"\0".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
 def checksum(key: str, text: str) -> str:
@@ -99,7 +132,7 @@ def encoded(value: Any) -> Any:
         case np.generic():
             return encoded(value.item())
         case np.ndarray() if value.dtype.kind in "bifU":
-            return {"array": [value.dtype.str, value.shape, value.ravel().tolist()]}
+            return {"array": [value.dtype.str, value.shape, base64.b64encode(value.tobytes()).decode()]}
         case dict():
             return {"dict": [[encoded(key), encoded(item)] for key, item in value.items()]}
         case list():

@@ -1,6 +1,7 @@
 """The largest push that a gait survives, in every direction and at every moment of a stride: `legspring.pushes`."""
 
 import math
+import os
 import time
 from collections.abc import Sequence
 
@@ -10,8 +11,10 @@ import xarray as xr
 from legspring.checks import checked_grid, checked_positive, checked_whole, checked_workers
 from legspring.flow import flow
 from legspring.gait import Gait
+from legspring.kept import gait_as_json
 from legspring.kernel.walker import Floats
 from legspring.measures.robustness import LARGEST_IMPULSE, LENGTH, TO_PEAK, check_pushed
+from legspring.memory import digest, opened, recalled
 from legspring.progress import progress_bar
 from legspring.settling import Settling, attractor
 from legspring.sweep import provenance
@@ -31,6 +34,7 @@ def pushes(
     duration: float = LENGTH,
     most_strides: int = MOST_STRIDES,
     workers: int | None = None,
+    store: str | os.PathLike[str] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Find the largest push from which a gait comes back, in every direction and at every moment of a stride.
@@ -56,6 +60,8 @@ def pushes(
         Strides after which a gait that has not come back counts as lost.
     workers
         Threads; by default one a core. The result does not depend on it.
+    store
+        Directory that keeps what was computed, so that one that was stopped goes on where it was.
     progress
         Whether to show a progress bar.
 
@@ -90,18 +96,22 @@ def pushes(
     lasts = checked_positive("duration", duration)
     most, count = checked_whole("most_strides", most_strides, 1, 1_000_000), checked_workers(workers)
     begin = time.perf_counter()
-    trial = Trial(gait, lasts, most, count)
+    trial, memory = Trial(gait, lasts, most, count), opened(store, "pushes", gait_as_json(gait), lasts, most)
+
+    def tried(some: Floats, sizes: Floats) -> Floats:
+        return recalled(memory, lambda: trial(some, sizes), digest(some, sizes))
+
     cells = np.array([(angle, share) for angle in angles for share in shares])
     steps = np.full((len(cells), len(sizes)), np.nan)
     with progress_bar("pushing", len(sizes) + HALVINGS, show=progress) as tick:
         for n, size in enumerate(sizes):
-            steps[:, n] = trial(cells, np.full(len(cells), size))
+            steps[:, n] = tried(cells, np.full(len(cells), size))
             tick(1)
         survived, lost = bracketed(np.isfinite(steps), np.array(sizes))
         for _ in range(HALVINGS):
             rows = np.flatnonzero(np.isfinite(lost))
             middle = 0.5 * (survived[rows] + lost[rows])
-            back = np.isfinite(trial(cells[rows], middle)) if len(rows) else np.zeros(0, dtype=bool)
+            back = np.isfinite(tried(cells[rows], middle)) if len(rows) else np.zeros(0, dtype=bool)
             survived[rows[back]], lost[rows[~back]] = middle[back], middle[~back]
             tick(1)
     shape, dims = (len(angles), len(shares)), ("direction", "moment")

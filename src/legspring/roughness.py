@@ -1,6 +1,7 @@
 """Rough ground and bad luck: how long a gait goes on where every step is a little different: `legspring.rough`."""
 
 import math
+import os
 import time
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -20,6 +21,7 @@ from legspring.checks import (
     shown,
 )
 from legspring.gait import Gait
+from legspring.kept import gait_as_json
 from legspring.kernel.settle import FAILS, FALLS, RUNS_AWAY, STOPS
 from legspring.kernel.walker import Floats, Ints, new_tape
 from legspring.kernel.wander import (
@@ -33,6 +35,7 @@ from legspring.kernel.wander import (
     wander,
 )
 from legspring.layout import System
+from legspring.memory import opened, recalled
 from legspring.parallel import in_threads
 from legspring.progress import progress_bar
 from legspring.sweep import provenance
@@ -59,6 +62,8 @@ RUNS, STRIDES, MOST_RUNS, MOST_STEPS = 1000, 100, 1_000_000, 100_000_000
 CONFIDENCE = 0.95
 LEAST_SHARE = 0.5
 """Share of the runs that has to go on for a roughness to be survived."""
+PORTIONS = 16
+"""In which runs are done at least, and kept."""
 AT_ONCE = 2_000_000
 """Numbers of what changes that are held at once by a thread."""
 LARGEST = {"slope_deg": 90.0, "stiffness": 10.0, "phase": 10.0, "late": 0.9, "miss": 1.0, "height": 1e3}
@@ -113,6 +118,7 @@ def rough(
     correlation: float = 0.0,
     seed: int = 0,
     workers: int | None = None,
+    store: str | os.PathLike[str] | None = None,
     progress: bool = False,
 ) -> xr.Dataset:
     """Let a gait run over rough ground, and with bad luck, many times; see how long it goes on.
@@ -141,6 +147,8 @@ def rough(
         Of the luck: one seed, one result, whatever the number of workers.
     workers
         Threads; by default one a core.
+    store
+        Directory that keeps what was computed, so that one that was stopped goes on where it was.
     progress
         Whether to show a progress bar.
 
@@ -182,19 +190,21 @@ def rough(
     numbers = OF_LEGS + N_OF_LEG * len(system.animal.legs)
     if count * steps * len(sizes) > MOST_STEPS:
         raise ValueError(f"runs = {count}, strides = {length}: must be of {MOST_STEPS:,} steps in all, at most")
-    parts = []
+    parts, legs = [], len(system.animal.legs)
+    memory = opened(store, "rough", gait_as_json(gait), amounts, distribution, correlated, luck)
     with progress_bar("running", count * len(sizes), show=progress) as tick:
         for size in sizes:
 
             def work(rows: range, size: float = size) -> tuple[Floats, Ints, Ints]:
-                drawn = [
-                    kind.drawn(np.random.default_rng([luck, row]), steps, len(system.animal.legs), size) for row in rows
-                ]
-                found = run_all(gait, np.array(drawn))
+                def run() -> tuple[Floats, Ints, Ints]:
+                    luck_of = (np.random.default_rng([luck, row]) for row in rows)
+                    return run_all(gait, np.array([kind.drawn(rng, steps, legs, size) for rng in luck_of]))
+
+                found = recalled(memory, run, size, rows.start, rows.stop, steps)
                 tick(len(rows))
                 return found
 
-            width = max(1, min(-(-count // threads), AT_ONCE // (steps * numbers)))
+            width = max(1, min(-(-count // PORTIONS), AT_ONCE // (steps * numbers)))
             chunks = [range(n, min(n + width, count)) for n in range(0, count, width)]
             done = in_threads(work, chunks, threads)
             parts.append(tuple(np.concatenate(some) for some in zip(*done, strict=True)))

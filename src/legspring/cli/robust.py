@@ -36,6 +36,10 @@ from legspring.printing import (
 Dataset = Annotated[
     Path | None, typer.Option("--out", metavar="FILE", help="Save the dataset: .nc (netCDF) or .mat (MATLAB).")
 ]
+Store = Annotated[
+    Path | None,
+    typer.Option(metavar="DIRECTORY", help="Keeps what was computed: what was stopped goes on where it was."),
+]
 OverStarts = Annotated[
     list[str],
     typer.Option(
@@ -62,6 +66,7 @@ def basin(
     refine: Annotated[
         int, typer.Option(parser=integer, metavar="NUMBER", help="How often to halve the grid along the basin's edge.")
     ] = 0,
+    store: Store = None,
     out: Dataset = None,
     as_json: Json = False,
     figure: FigureFile = None,
@@ -75,7 +80,15 @@ def basin(
     gait = found()
     with patience("loading"):
         from legspring.basins import basin
-    dataset = basin(gait, axes, memory=memory, most_strides=most_strides, refine=refine, progress=sys.stderr.isatty())
+    dataset = basin(
+        gait,
+        axes,
+        memory=memory,
+        most_strides=most_strides,
+        refine=refine,
+        store=store,
+        progress=sys.stderr.isatty(),
+    )
     print_json(describe_basin(dataset)) if as_json else print_basin(gait, dataset)
     save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_basin", dataset)))
 
@@ -91,6 +104,7 @@ def push(
     impulses: Annotated[
         str, typer.Option(metavar="START:STOP:STEP", help="Sizes that are tried, m v_des; or separated by commas.")
     ] = "0.25:5:0.25",
+    store: Store = None,
     out: Dataset = None,
     as_json: Json = False,
     figure: FigureFile = None,
@@ -104,7 +118,14 @@ def push(
     gait = found()
     with patience("loading"):
         from legspring.pushing import pushes
-    dataset = pushes(gait, directions=directions, moments=moments, impulses=sizes, progress=sys.stderr.isatty())
+    dataset = pushes(
+        gait,
+        directions=directions,
+        moments=moments,
+        impulses=sizes,
+        store=store,
+        progress=sys.stderr.isatty(),
+    )
     print_json(describe_pushes(dataset)) if as_json else print_pushes(gait, dataset)
     save((out, lambda path: save_dataset(dataset, path)), (figure, draws("draw_pushes", dataset)))
 
@@ -132,6 +153,7 @@ def rough(
         float, typer.Option(parser=number, metavar="NUMBER", help="From one step to the next, from 0 to below 1.")
     ] = 0.0,
     seed: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="Of the luck.")] = 0,
+    store: Store = None,
     out: Dataset = None,
     as_json: Json = False,
     figure: FigureFile = None,
@@ -155,6 +177,7 @@ def rough(
         distribution=distribution,
         correlation=correlation,
         seed=seed,
+        store=store,
         progress=sys.stderr.isatty(),
     )
     print_json(describe_rough(dataset)) if as_json else print_rough(gait, dataset)
@@ -194,10 +217,7 @@ def pareto(
         int, typer.Option(parser=integer, metavar="NUMBER", help="Largest number of gaits of the front.")
     ] = 15,
     seed: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="Of the global search.")] = 0,
-    store: Annotated[
-        Path | None,
-        typer.Option(metavar="DIRECTORY", help="Keeps what was computed: a search that was stopped goes on."),
-    ] = None,
+    store: Store = None,
     out: Dataset = None,
     as_json: Json = False,
     figure: FigureFile = None,
