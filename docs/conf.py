@@ -18,7 +18,8 @@ sys.path.insert(0, str(HERE / "_ext"))
 QUICK = os.environ.get("LEGSPRING_DOCS") == "quick"
 """Whether the long pages are left as they are: shown, but not executed."""
 LONG = ["findings", "gallery/thesis", "gallery/figures", "gallery/presets", "model/optimal"]
-LONG += [f"howto/{name}" for name in ("atlas", "basins", "figures", "follow", "optimise", "robustness", "thesis")]
+LONG += [f"howto/{name}" for name in ("atlas", "basins", "figures", "follow", "optimise", "pareto", "robustness")]
+LONG += ["howto/thesis"]
 LONG += [f"notebooks/{name}" for name in ("branches", "cockroach", "lateral", "limping", "own_animal")]
 
 project, author = "Legspring", "The Legspring developers"

@@ -153,8 +153,8 @@ class Front:
         dataset = empty_map(measures, ("point",), coords)
         fill(dataset, [((n,), measured(measures, gait)) for n, gait in enumerate(self.gaits)])
         dataset = dataset.assign(about | {"gait": ("point", [gait_as_json(gait) for gait in self.gaits])})
-        names = " and ".join(one.name for one in self.criteria)
-        return dataset.assign_attrs(provenance(animal, {}) | attrs | {"title": f"{names} of {animal.name} traded"})
+        names = ", ".join(one.name.replace("_", " ") for one in self.criteria)
+        return dataset.assign_attrs(provenance(animal, {}) | attrs | {"title": f"{animal.name}: {names}"})
 
 
 def pareto(
