@@ -27,12 +27,12 @@ from legspring.asking import tuned
 from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
 from legspring.kernel.walker import Floats
+from legspring.mapping import HEADINGS, SLOPES_DEG, find_all
 from legspring.model import cockroach
 from legspring.problem import GaitProblem
 from legspring.progress import progress_bar
 from legspring.solve import ROUGH_GOAL, search_gaits, solve, sort
 from legspring.starts import ROUGH_ACCURACY
-from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
 Place = tuple[int, ...]
 

@@ -14,9 +14,9 @@ from legspring.continuation import Continuation
 from legspring.following import follow
 from legspring.gait import Gait
 from legspring.landmarks import Kind
+from legspring.mapping import FOLLOW, HEADINGS, SEARCH, SLOPES_DEG, Grid, find_on
 from legspring.model import cockroach
 from legspring.solve import find_gaits
-from legspring.sweep import FOLLOW, HEADINGS, SEARCH, SLOPES_DEG, Grid, find_on
 
 PLACES = ((15.0, 0.2), (45.0, 0.15), (70.0, 0.2))
 ALONG = (("heading", (0.0, 0.7)), ("slope_deg", (-30.0, 90.0)), ("F.stiffness", (0.5, 6.0)))

@@ -12,10 +12,10 @@ from legspring.gait import Gait
 from legspring.kernel.newton import CONVERGED
 from legspring.kernel.walker import Floats
 from legspring.layout import ACCURACY
+from legspring.mapping import HEADINGS, SLOPES_DEG, find_all
 from legspring.model import cockroach
 from legspring.problem import GaitProblem
 from legspring.solve import GOAL, solve, sort, zeros
-from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 
 SAME = 1e-6
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-from legspring import Animal, Gait, cockroach, load_animal, solve, sweep
+from legspring import Animal, Gait, cockroach, load_animal, mapping, solve
+from legspring.mapping import HEADINGS, SLOPES_DEG, find_all
 from legspring.peterson2011.surfaces import lines
-from legspring.sweep import HEADINGS, SLOPES_DEG, find_all
 from tests.oracle.periods import Period, largest_allowed
 
 REFERENCE = Path(__file__).parent / "reference"
@@ -46,7 +46,7 @@ def _noted() -> Iterator[None]:
         return numbered
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (solve, sweep):
+        for module in (mapping, solve):
             patch.setattr(module, "number_branches", noting)
         yield
 

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from legspring import cockroach
+from legspring.mapping import IMPULSE, IMPULSES
 from legspring.measures.registry import BY_NAME
-from legspring.sweep import IMPULSE, IMPULSES
 
 FAMILIES = ["A", "FB", "MB", "B"]
 DIMENSIONS = {

@@ -351,7 +351,7 @@ def test_grids(text: str, expected: tuple[float, ...]) -> None:
 
 
 def test_the_grid_of_an_atlas_is_the_thesis_grid_unless_told_otherwise() -> None:
-    from legspring.sweep import HEADINGS, SLOPES_DEG
+    from legspring.mapping import HEADINGS, SLOPES_DEG
 
     assert (parse_grid("--slopes", "0:90:5"), parse_grid("--headings", "0:0.45:0.05")) == (SLOPES_DEG, HEADINGS)
     shown = run("atlas", "--help").stdout
@@ -436,7 +436,7 @@ def test_outputs_are_checked_before_the_work(
 
 def test_outputs_of_an_atlas_are_checked_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
-    monkeypatch.setattr("legspring.sweep.atlas", lambda *_, **__: pytest.fail("searched"))
+    monkeypatch.setattr("legspring.mapping.atlas", lambda *_, **__: pytest.fail("searched"))
     assert "must end in .nc" in error("atlas", "cockroach", "--out", tmp_path / "a.txt")
     assert "must exist" in error("atlas", "cockroach", "--out", tmp_path / "nowhere" / "a.nc")
     out = ["--out", str(tmp_path / "a.nc"), "--figures"]
@@ -468,7 +468,7 @@ BEFORE = [
 def test_numbers_are_checked_before_the_work(
     command: str, option: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    for name in ("solve.search_gaits", "sweep.atlas", "simulation.flow", "peterson2011.reproduce.reproduce"):
+    for name in ("solve.search_gaits", "mapping.atlas", "simulation.flow", "peterson2011.reproduce.reproduce"):
         monkeypatch.setattr(f"legspring.{name}", lambda *_, **__: pytest.fail("worked"))
     here = [*HERE, *(["--speed", "0.3", "--family", "B"] if option == "--phase" else [])]
     if command == "animate":
@@ -491,7 +491,7 @@ def test_strides_are_checked_before_the_work(text: str, monkeypatch: pytest.Monk
     "text", ["0:90:0", "0:1e9:1e-9", "::", "nan:1:1", "0:1:1e-320", "0:inf:1", "\uff11:2:1", ":" * 9999]
 )
 def test_grids_are_checked_before_the_work(text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("legspring.sweep.atlas", lambda *_, **__: pytest.fail("searched"))
+    monkeypatch.setattr("legspring.mapping.atlas", lambda *_, **__: pytest.fail("searched"))
     assert "must be START:STOP:STEP" in error("atlas", "cockroach", "--out", tmp_path / "a.nc", "--slopes", text)
 
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from legspring.following import follow_connected as follow_connected
     from legspring.fronts import pareto as pareto
     from legspring.gait import Gait as Gait
+    from legspring.mapping import atlas as atlas
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
     from legspring.model import cockroach as cockroach
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
-    from legspring.sweep import atlas as atlas
+    from legspring.sweeping import sweep as sweep
     from legspring.varied import parameters as parameters
 
 _HOMES = {
@@ -42,7 +43,7 @@ _HOMES = {
     "IntegrationError": "flow",
     "ModelError": "model",
     "animate": "drawing.film",
-    "atlas": "sweep",
+    "atlas": "mapping",
     "basin": "basins",
     "boundary": "boundaries",
     "cockroach": "model",
@@ -61,6 +62,7 @@ _HOMES = {
     "rough": "roughness",
     "search_gaits": "solve",
     "simulate": "simulation",
+    "sweep": "sweeping",
     "trade_off": "optimisation",
 }
 

@@ -16,12 +16,12 @@ from legspring.gait import Gait
 from legspring.kept import gait_as_json
 from legspring.kernel.walker import Floats, Ints
 from legspring.layout import PLACES, START, System
+from legspring.mapping import provenance
 from legspring.measures.sensitivity import unit_of, value_of
 from legspring.memory import Memory, digest, opened, recalled
 from legspring.progress import progress_bar
 from legspring.returnmap import state_names
 from legspring.settling import FATES, Attractor, Settling, attractor
-from legspring.sweep import provenance
 
 MEMORIES = ("kept", "rebuilt")
 MOST_STRIDES, MOST_REFINED, LONGEST_AXIS = 400, 6, 10_000

@@ -26,11 +26,11 @@ from legspring.descent import descended
 from legspring.gait import Gait
 from legspring.kept import gait_as_json, gait_from_json
 from legspring.kernel.walker import Floats
+from legspring.mapping import coordinates, empty_map, fill, provenance
 from legspring.measures.registry import mapped, measured
 from legspring.memory import Memory, opened, recalled
 from legspring.parallel import in_threads
 from legspring.progress import progress_bar
-from legspring.sweep import coordinates, empty_map, fill, provenance
 
 EVALUATIONS, POPULATION, POINTS = 1000, 48, 15
 MOST_EVALUATIONS, MOST_POINTS = 10_000_000, 1000

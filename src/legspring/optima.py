@@ -17,6 +17,7 @@ from legspring.actuated import GOAL, Map, pair_lengths
 from legspring.checks import LARGEST_SEED, checked_choice, checked_grid, checked_whole, checked_workers
 from legspring.constraints import Constraint, Constraints, named_constraints
 from legspring.files import code_stamp
+from legspring.mapping import HEADINGS, IMPULSE, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
 from legspring.measures.registry import BY_NAME, OF_OPTIMA, OF_RECOVERIES, Measure, mapped, measured
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.memory import Memory
@@ -44,7 +45,6 @@ from legspring.optimisation import (
 from legspring.optimum import TIE, Method, Optimum
 from legspring.parallel import Processes, processes
 from legspring.progress import progress_bar
-from legspring.sweep import HEADINGS, IMPULSE, SLOPES_DEG, coordinates, empty_map, fill, neighbours, provenance
 
 GOALS: tuple[Goal, ...] = ("stability", "efficiency")
 NODES = 64

@@ -13,11 +13,11 @@ from legspring.flow import flow
 from legspring.gait import Gait
 from legspring.kept import gait_as_json
 from legspring.kernel.walker import Floats
+from legspring.mapping import provenance
 from legspring.measures.robustness import LARGEST_IMPULSE, LENGTH, TO_PEAK, check_pushed
 from legspring.memory import digest, opened, recalled
 from legspring.progress import progress_bar
 from legspring.settling import Settling, attractor
-from legspring.sweep import provenance
 
 DIRECTIONS, MOMENTS, IMPULSES = 24, 16, tuple(0.25 * n for n in range(1, 21))
 MOST_DIRECTIONS, MOST_STRIDES = 1000, 200

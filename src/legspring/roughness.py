@@ -35,10 +35,10 @@ from legspring.kernel.wander import (
     wander,
 )
 from legspring.layout import System
+from legspring.mapping import provenance
 from legspring.memory import opened, recalled
 from legspring.parallel import in_threads
 from legspring.progress import progress_bar
-from legspring.sweep import provenance
 
 KINDS = {
     "slope_deg": "deg",

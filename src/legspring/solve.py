@@ -7,7 +7,7 @@ Where tuned animals are searched: right after touch-down the force of a leg has 
 so that the leg's function bounds the cosine of its phase: all gaits at initial speeds, and yaw
 rates within `NARROW`, lie in a box (`GaitProblem.box`). Searches start from points spread evenly over that box,
 and may well end outside it. A map over slope and heading adds the gaits of neighbouring cells as starts, back and forth
-until nothing new turns up (`legspring.sweep`). `benchmarks/audit.py` searches from very many random starts, and finds
+until nothing new turns up (`legspring.mapping`). `benchmarks/audit.py` searches from very many random starts, and finds
 nothing else for the thesis's cockroach. That is evidence, and no proof.
 """
 

@@ -154,7 +154,7 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
         long = ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store")
         for name in (*long, "basins.refined", "pushing.Trial", "roughness.run_all", "fronts.Archive"):
             patch.setattr(f"legspring.{name}", worked, raising=False)
-        patch.setattr("legspring.sweep.find_on", worked)
+        patch.setattr("legspring.mapping.find_on", worked)
         yield CliRunner()
 
 

@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 
 import legspring as ls
+from legspring.mapping import HEADINGS, SLOPES_DEG
 from legspring.peterson2011.claims import CLAIMS, Outcome, Results, Verdict, judge
 from legspring.peterson2011.claims.criteria import ALL, NONE, OURS
 from legspring.peterson2011.claims.evidence import THESIS_SEARCH, share, within
 from legspring.peterson2011.force_tables import peak_range
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.reproduce import save_cells
-from legspring.sweep import HEADINGS, SLOPES_DEG
 
 HOLDS, PARTLY, FAILS, OPEN = Outcome.HOLDS, Outcome.PARTLY, Outcome.FAILS, Outcome.OPEN
 UNDECIDED = Outcome.UNDECIDED

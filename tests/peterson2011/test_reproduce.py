@@ -12,12 +12,12 @@ import xarray as xr
 from PIL import Image
 
 import legspring as ls
+from legspring.mapping import HEADINGS, SLOPES_DEG
 from legspring.peterson2011 import store as module
 from legspring.peterson2011.figures import FIGURES
 from legspring.peterson2011.figures.beyond import BEYOND
 from legspring.peterson2011.reproduce import TABLES, reproduce
 from legspring.peterson2011.store import DATA, Store
-from legspring.sweep import HEADINGS, SLOPES_DEG
 from tests.made_up import made_up_limits, made_up_optima
 
 

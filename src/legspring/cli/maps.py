@@ -105,9 +105,9 @@ def atlas(
     check_output(out, [".nc", ".mat"])
     if figures is not None:
         make_directory(figures)
-    from legspring import sweep
+    from legspring import mapping
 
-    maps = sweep.atlas(
+    maps = mapping.atlas(
         creature,
         slopes_deg=slopes_deg,
         headings=radians,
@@ -123,7 +123,7 @@ def atlas(
         free=parse_names(free),
         mirrored=False if asymmetric else None,
         actuation=magnitudes,
-        impulses=() if no_recovery else sweep.IMPULSES,
+        impulses=() if no_recovery else mapping.IMPULSES,
         progress=sys.stderr.isatty(),
     )
     found = maps["family"].values != ""

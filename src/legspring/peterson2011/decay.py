@@ -10,9 +10,9 @@ from legspring.flow import flow
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.layout import TIGHT
+from legspring.mapping import provenance
 from legspring.model import Animal
 from legspring.solve import find_gaits
-from legspring.sweep import provenance
 
 CELLS = ((75.0, 0.15), (60.0, 0.40), (70.0, 0.05), (60.0, 0.15), (30.0, 0.15), (0.0, 0.30))
 """Slopes (deg) and headings (rad) of the gaits that are disturbed: where the two maps differ, and where they agree."""

@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from legspring.mapping import atlas
 from legspring.model import load_animal
 from legspring.peterson2011.claims.chapter2 import SWITCH_DEG, steepest
 from legspring.peterson2011.report import Section
 from legspring.peterson2011.tables import Cell, Table
-from legspring.sweep import atlas
 
 HEADINGS = (0.05, 0.10, 0.15, 0.20)
 IMPULSES = (-0.5, 0.5)

@@ -16,6 +16,7 @@ import legspring as ls
 from legspring.figures import animate
 from legspring.files import check_output, code_stamp, save_csv, save_netcdf
 from legspring.layout import System
+from legspring.mapping import HEADINGS, IMPULSES, SLOPES_DEG
 from legspring.model import Animal, cockroach
 from legspring.optima import optimal_atlas, select
 from legspring.optimum import Method
@@ -32,7 +33,6 @@ from legspring.peterson2011.limits import limits
 from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Moving, Section
 from legspring.peterson2011.tables import Table, constraint_table, parameter_table
-from legspring.sweep import HEADINGS, IMPULSES, SLOPES_DEG
 
 LOG = logging.getLogger("legspring")
 BEYOND_CHAPTER = 7

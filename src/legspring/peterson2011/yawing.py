@@ -9,6 +9,7 @@ import xarray as xr
 
 from legspring.checks import checked_workers
 from legspring.gait import Gait
+from legspring.mapping import atlas, find_all, provenance
 from legspring.model import Animal, load_animal
 from legspring.parallel import processes
 from legspring.peterson2011.claims.evidence import animal_of, exists
@@ -17,7 +18,6 @@ from legspring.peterson2011.published import published_forces
 from legspring.peterson2011.report import Section
 from legspring.peterson2011.tables import LEG_WORDS, Cell, Range, Table
 from legspring.peterson2011.walks import straight, walk, with_hips
-from legspring.sweep import atlas, find_all, provenance
 
 SLOPES_DEG = (0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 """Those of Tables 6.1-6.3."""

@@ -12,8 +12,8 @@ import xarray as xr
 import legspring as ls
 from legspring import Animal
 from legspring.files import save_netcdf
+from legspring.mapping import HEADINGS, SLOPES_DEG, atlas, find_all
 from legspring.measures.registry import MEASURES, OF_RECOVERIES, mapped, yaws
-from legspring.sweep import HEADINGS, SLOPES_DEG, atlas, find_all
 from tests.conftest import Cells
 
 

@@ -1,0 +1,84 @@
+"""The same sweep on many machines: blocks as tasks of Dask."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from legspring.checks import shown
+from legspring.stores import Block, InMemory, Layout, OnDisk
+from legspring.sweeping import Plan, block_of, shaped
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+RETRIES = 5
+"""How often a block is begun again whose worker was lost."""
+AHEAD = 4
+"""Blocks that are handed out for each thread at a time."""
+
+
+@contextmanager
+def client_of(cluster: Any, workers: int) -> Iterator["Client"]:
+    """Yield a client: of a cluster of processes of this machine's, of an address, or one that there is.
+
+    Raises
+    ------
+    ImportError
+        If Dask is missing.
+    ValueError
+        If it is none of these, or does not answer.
+    """
+    try:
+        from distributed import Client, LocalCluster
+    except ImportError:
+        raise ImportError("cluster: needs Dask; install it with: pip install 'legspring[cluster]'") from None
+    if isinstance(cluster, Client):
+        yield cluster
+        return
+    if cluster == "local":
+        with LocalCluster(n_workers=workers, threads_per_worker=1) as local, Client(local) as client:
+            yield client
+        return
+    if not isinstance(cluster, str) or "://" not in cluster:
+        raise ValueError(f"cluster = {shown(cluster)}: must be local, an address as tcp://10.0.0.1:8786, or a client")
+    try:
+        client = Client(cluster, timeout=10)
+    except (OSError, TimeoutError):
+        raise ValueError(f"cluster = {shown(cluster)}: no scheduler answers there") from None
+    with client:
+        yield client
+
+
+def on_cluster(
+    cluster: Any,
+    workers: int,
+    plan: Plan,
+    layout: Layout,
+    todo: Sequence[Block],
+    result: InMemory | OnDisk,
+    tick: Callable[[int], None],
+) -> None:
+    """Have blocks worked on by a cluster, and write each here as soon as it is done."""
+    if not todo:
+        return
+    with client_of(cluster, workers) as client:
+        from distributed import as_completed
+
+        scattered, rest = client.scatter(plan, broadcast=True), list(todo)[::-1]
+        names: dict[Any, Block] = {}
+
+        def submitted() -> Any:
+            block = rest.pop()
+            future = client.submit(block_of, scattered, layout.where(block), retries=RETRIES, pure=False)
+            names[future] = block
+            return future
+
+        count = AHEAD * max(1, sum(client.nthreads().values()))
+        futures = as_completed([submitted() for _ in range(min(count, len(rest)))])
+        for future in futures:
+            block = names.pop(future)
+            values = shaped(layout, block, future.result())
+            result.write(block, values)
+            tick(layout.count(block))
+            if rest:
+                futures.add(submitted())

@@ -1,0 +1,348 @@
+"""Results of long sweeps on disk, as Zarr: block by block, each whole or not there, whatever happens.
+
+A block is written, and only then marked as done, by a checksum: what is damaged, or gone, counts as not done. A store
+appears at once with all that it is about, and holds nothing but numbers, texts and JSON.
+"""
+
+import hashlib
+import json
+import math
+import os
+import shutil
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from legspring.leaving import undone_by
+
+if TYPE_CHECKING:
+    import xarray as xr
+    import zarr
+
+DONE = "done"
+"""The array that says which blocks are."""
+FORMAT = 1
+"""Of the store; another one is refused."""
+Block = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An array of a store.
+
+    Attributes
+    ----------
+    dims
+        Those of points, which are cut into blocks, come first.
+    shape, dtype, fill
+        Of the whole; what stands for what is not there.
+    about
+        Its attributes.
+    """
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    dtype: str
+    fill: float | int
+    about: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a store, or a result in memory, consists of.
+
+    Attributes
+    ----------
+    sizes, block
+        Points along each of their dimensions; and how many of them make a block.
+    variables, coords, attrs
+        Arrays; coordinates as (dimensions, values, attributes); what is said of the whole.
+    """
+
+    sizes: Mapping[str, int]
+    block: tuple[int, ...]
+    variables: Mapping[str, Variable]
+    coords: Mapping[str, tuple[Any, ...]]
+    attrs: Mapping[str, Any]
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Blocks along each dimension."""
+        return tuple(-(-size // width) for size, width in zip(self.sizes.values(), self.block, strict=True))
+
+    @property
+    def blocks(self) -> list[Block]:
+        """All blocks."""
+        return list(product(*(range(count) for count in self.counts)))
+
+    def where(self, block: Block) -> tuple[slice, ...]:
+        """Return the points of a block."""
+        sizes = zip(block, self.block, self.sizes.values(), strict=True)
+        return tuple(slice(n * width, min((n + 1) * width, size)) for n, width, size in sizes)
+
+    def count(self, block: Block) -> int:
+        """Return how many points a block has."""
+        return math.prod(part.stop - part.start for part in self.where(block))
+
+
+class InMemory:
+    """A result that is kept in memory."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        self.arrays = {name: np.full(v.shape, v.fill, dtype=v.dtype) for name, v in layout.variables.items()}
+
+    def missing(self) -> list[Block]:
+        """Return the blocks that are not done."""
+        return self.layout.blocks
+
+    def write(self, block: Block, values: Mapping[str, np.ndarray]) -> None:
+        """Write a block."""
+        for name, array in values.items():
+            self.arrays[name][self.layout.where(block)] = array
+
+    def dataset(self) -> "xr.Dataset":
+        """Return the result."""
+        import xarray as xr
+
+        variables = {name: (v.dims, self.arrays[name], dict(v.about)) for name, v in self.layout.variables.items()}
+        return xr.Dataset(variables, dict(self.layout.coords), dict(self.layout.attrs))
+
+
+class OnDisk:
+    """A result that is kept on disk, which `opened` opens."""
+
+    def __init__(self, path: Path, layout: Layout, group: "zarr.Group") -> None:
+        self.path, self.layout, self.group = path, layout, group
+
+    def missing(self) -> list[Block]:
+        """Return the blocks that are not done, or damaged."""
+        return [block for block in self.layout.blocks if not self._is_done(block)]
+
+    def _is_done(self, block: Block) -> bool:
+        try:
+            mark = int(self._array(DONE)[tuple(slice(n, n + 1) for n in block)].item())
+            where = self.layout.where(block)
+            return mark != 0 and mark == checksum(self._array(name)[where] for name in self.layout.variables)
+        except Exception:  # whatever a damaged chunk leads to
+            return False
+
+    def write(self, block: Block, values: Mapping[str, np.ndarray]) -> None:
+        """Write a block, and then that it is done."""
+        for name, array in values.items():
+            self._array(name)[self.layout.where(block)] = array
+        mark = checksum(np.asarray(values[name], self._array(name).dtype) for name in self.layout.variables)
+        self._array(DONE)[tuple(slice(n, n + 1) for n in block)] = mark
+
+    def _array(self, name: str) -> Any:
+        return self.group[name]
+
+    def dataset(self) -> "xr.Dataset":
+        """Return the result, of which only what is looked at is read."""
+        return look(self.path)
+
+
+def checksum(arrays: Iterable[np.ndarray]) -> int:
+    """Return what proves that arrays are what was written; never 0."""
+    digest = hashlib.blake2b(digest_size=8)
+    for array in arrays:
+        # One nan is as good as another.
+        digest.update(np.ascontiguousarray(np.where(np.isnan(array), np.nan, array)).tobytes())
+    return int.from_bytes(digest.digest(), "little") or 1
+
+
+def look(path: str | os.PathLike[str]) -> "xr.Dataset":
+    """Open the store of a sweep, finished or not; only what is looked at is read.
+
+    Raises
+    ------
+    ValueError
+        If it is no such store, or of another format.
+    """
+    import xarray as xr
+
+    read_attrs(Path(path))
+    with quiet():
+        return xr.open_zarr(os.fspath(path), chunks=None, consolidated=False)
+
+
+def read_attrs(path: Path) -> dict[str, Any]:
+    """Return what is said of the whole; raise ValueError if a folder is no store of a sweep, or of another format."""
+    import zarr
+
+    try:
+        attrs = dict(zarr.open_group(path, mode="r").attrs)
+        number = int(str(attrs["sweep_format"]))
+    except Exception:
+        raise ValueError(f"store = {os.fspath(path)!r}: must be a new folder, or the store of a sweep") from None
+    if number != FORMAT:
+        raise ValueError(
+            f"store = {os.fspath(path)!r}: is of format {number}, and this version of legspring reads format {FORMAT}"
+        )
+    return attrs
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep quiet about strings, which Zarr has no word for that all programs know."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], layout: Layout, identity: Mapping[str, Any]) -> Iterator[OnDisk]:
+    """Open a store for one program, and make it if there is none.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    layout
+        What it is to consist of; there may be more points along an axis than it has so far.
+    identity
+        What must be the same for a result to go on.
+
+    Raises
+    ------
+    ValueError
+        If it is something else, another sweep, of another version, or in use.
+    """
+    from filelock import FileLock, Timeout
+
+    place = Path(path)
+    if not place.parent.is_dir():
+        raise FileNotFoundError(f"store = {os.fspath(path)!r}: the directory {place.parent} must exist")
+    lock = FileLock(place.parent / f".{place.name}.lock", timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise ValueError(f"store = {os.fspath(path)!r}: is in use by another program") from None
+    try:
+        if not place.exists() or not any(place.iterdir()):
+            create(place, layout, identity)
+        yield join(place, layout, identity)
+    finally:
+        lock.release()
+
+
+def block_in(path: str | os.PathLike[str] | None) -> tuple[int, ...] | None:
+    """Return how many points make a block of a store; None if there is no such store yet."""
+    if path is None or not Path(path).is_dir() or not any(Path(path).iterdir()):
+        return None
+    return tuple(int(n) for n in read_attrs(Path(path))["block"])
+
+
+def create(place: Path, layout: Layout, identity: Mapping[str, Any]) -> None:
+    """Make a store, which appears at once."""
+    import zarr
+
+    part = place.with_name(f".{place.name}.part")
+    shutil.rmtree(part, ignore_errors=True)
+
+    def clean() -> None:
+        shutil.rmtree(part, ignore_errors=True)
+
+    with undone_by(clean), quiet():
+        group = zarr.open_group(part, mode="w", zarr_format=3)
+        for name, variable in layout.variables.items():
+            make_array(group, name, variable, layout)
+        done = Variable(
+            tuple(layout.sizes), layout.counts, "uint64", 0, {"long_name": "checksum of a block; 0: it is not done"}
+        )
+        make_array(group, DONE, done, layout, ones=True)
+        for name, (dims, values, *more) in layout.coords.items():
+            write_coordinate(group, name, dims, values, more[0] if more else {})
+        own: dict[str, Any] = {"sweep_format": FORMAT, "identity": json.dumps(identity), "block": list(layout.block)}
+        group.attrs.update({**layout.attrs, **own})
+        if place.exists():
+            place.rmdir()
+        part.rename(place)
+
+
+def make_array(group: Any, name: str, variable: Variable, layout: Layout, *, ones: bool = False) -> None:
+    """Make an array, of which a block is a file with a checksum."""
+    from zarr.codecs import Crc32cCodec, ZstdCodec
+
+    chunks = (1,) * len(variable.shape) if ones else (*layout.block, *variable.shape[len(layout.block) :])
+    array = group.create_array(
+        name=name,
+        shape=variable.shape,
+        chunks=tuple(max(1, min(c, s)) if not ones else 1 for c, s in zip(chunks, variable.shape, strict=True)),
+        dtype=variable.dtype,
+        fill_value=variable.fill,
+        compressors=[ZstdCodec(level=3), Crc32cCodec()],
+        dimension_names=[f"block_{dim}" for dim in variable.dims] if ones else list(variable.dims),
+    )
+    array.attrs.update(dict(variable.about))
+
+
+def write_coordinate(group: Any, name: str, dims: Any, values: Any, about: Mapping[str, Any]) -> None:
+    """Write a coordinate, again if there is one."""
+    numbers = np.asarray(values)
+    if numbers.dtype.kind in "OU":
+        numbers = numbers.astype(f"<U{max(1, *(len(str(one)) for one in numbers.ravel()))}")
+    names = [dims] if isinstance(dims, str) else list(dims)
+    group.create_array(name=name, data=numbers, dimension_names=names, overwrite=True).attrs.update(dict(about))
+
+
+def join(place: Path, layout: Layout, identity: Mapping[str, Any]) -> OnDisk:
+    """Open a store that there is, and let it grow if there are more points now."""
+    import zarr
+
+    before = json.loads(str(read_attrs(place)["identity"]))
+    for name, value in identity.items():
+        if before.get(name) != value:
+            raise ValueError(
+                f"store = {os.fspath(place)!r}: is of another sweep, of which {name} is different; must be a new folder"
+            )
+    group = zarr.open_group(place, mode="r+")
+    store = OnDisk(place, layout, group)
+    grow(store)
+    return store
+
+
+def grow(store: OnDisk) -> None:
+    """Make room for more points along axes; what was done stays, but for blocks that were not full."""
+    layout, group = store.layout, store.group
+    first = next(iter(layout.variables))
+    old = tuple(int(n) for n in group[first].shape[: len(layout.sizes)])  # type: ignore[union-attr]
+    new = tuple(layout.sizes.values())
+    if any(n < o for o, n in zip(old, new, strict=True)):
+        raise ValueError(f"store = {os.fspath(store.path)!r}: has more points than are asked for; must not have fewer")
+    old_values = {name: np.asarray(group[name][:]) for name in layout.sizes if name in group}  # type: ignore[index]
+    for name, values in old_values.items():
+        wanted = np.asarray(layout.coords[name][1])
+        if not np.array_equal(values, wanted[: len(values)]):
+            raise ValueError(
+                f"store = {os.fspath(store.path)!r}: has other values of {name}; must be the same, or more after them"
+            )
+    if old == new:
+        return
+    done: Any = group[DONE]
+    for axis, (size, width) in enumerate(zip(old, layout.block, strict=True)):
+        if new[axis] > size and size % width:
+            done[tuple(slice(size // width, None) if n == axis else slice(None) for n in range(len(old)))] = 0
+    done.resize(layout.counts)
+    for name, variable in layout.variables.items():
+        array: Any = group[name]
+        array.resize(variable.shape)
+    for name, (dims, values, *more) in layout.coords.items():
+        names = (dims,) if isinstance(dims, str) else tuple(dims)
+        if set(names) & set(layout.sizes):
+            write_coordinate(group, name, dims, values, more[0] if more else {})
+
+
+def finished(path: str | os.PathLike[str]) -> tuple[int, int]:
+    """Return how many blocks of a store are done, and how many there are."""
+    import zarr
+
+    read_attrs(Path(path))
+    done: Any = zarr.open_group(Path(path), mode="r")[DONE]
+    return int(np.count_nonzero(done[:])), int(np.prod(done.shape))

@@ -1,0 +1,350 @@
+"""Sweeps over anything, which lose nothing."""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import legspring as ls
+from legspring import Animal, Gait, stores, sweeping
+from legspring.batches import GAIT, MEASURES, NOT_REACHED, Batch
+from legspring.candidates import box_of
+from legspring.stores import finished, look
+
+GRID = {"slope_deg": np.linspace(35.0, 55.0, 9), "F.stiffness": np.linspace(1.2, 1.8, 5)}
+
+
+@pytest.fixture(scope="module")
+def climbing(roach: Animal) -> list[Gait]:
+    return ls.find_gaits(roach, slope_deg=45, heading=0.15)
+
+
+@pytest.fixture(scope="module")
+def found(roach: Animal, climbing: list[Gait]) -> xr.Dataset:
+    return ls.sweep(roach, GRID, gaits=climbing)
+
+
+def at(found: xr.Dataset, **place: float) -> xr.Dataset:
+    """Return one point of a result."""
+    return found.sel({name.replace("__", "."): value for name, value in place.items()}, method="nearest")
+
+
+def test_what_is_followed_is_what_a_search_finds(roach: Animal, found: xr.Dataset) -> None:
+    assert set(np.unique(found["outcome"])) <= {GAIT, NOT_REACHED}
+    rng = np.random.default_rng(2)
+    for slope_deg, stiffness in zip(rng.choice(GRID["slope_deg"], 6), rng.choice(GRID["F.stiffness"], 6), strict=True):
+        here = found.sel({"slope_deg": slope_deg, "F.stiffness": stiffness})
+        gaits = ls.find_gaits(roach.replace(**{"F.stiffness": stiffness}), slope_deg=slope_deg, heading=0.15)
+        for branch in here["branch"].values:
+            one = here.sel(branch=branch)
+            if one["outcome"] == GAIT:
+                gait = min(gaits, key=lambda gait: abs(gait.speed - one["speed"].item()))
+                for name in MEASURES:
+                    if name in one:
+                        wanted = abs(gait.multipliers[0]) if name == "max_multiplier" else getattr(gait, name)
+                        assert one[name].values == pytest.approx(wanted, rel=1e-7, abs=1e-8), name
+                parts = np.stack([gait.multipliers.real, gait.multipliers.imag], axis=-1)
+                assert one["multipliers"].values == pytest.approx(parts, abs=1e-7)
+                assert one["family"].attrs["flag_meanings"].split(", ")[int(one["family"])] == gait.family
+
+
+def test_a_gait_keeps_its_number(climbing: list[Gait], found: xr.Dataset) -> None:
+    """Neighbours of one branch are close; the branches are apart."""
+    own = found.sel({"slope_deg": 45.0, "F.stiffness": 1.5}, method="nearest")
+    for gait in climbing:
+        assert own["max_multiplier"].sel(branch=gait.branch).item() == pytest.approx(abs(gait.multipliers[0]), abs=1e-6)
+    # A leg's force has the same sign everywhere, which the other branch's phases would not give it so soon.
+    steps = abs(found["phase"].diff("slope_deg"))
+    apart = abs(found["phase"].diff("branch")).max("leg")
+    assert float(steps.max()) < float(apart.min())
+
+
+def test_what_is_not_reached_is_beyond_a_fold(roach: Animal, climbing: list[Gait]) -> None:
+    """Curves of the same gaits end in between."""
+    wide = ls.sweep(roach, {"heading": np.linspace(0.1, 0.6, 26)}, gaits=climbing)
+    for gait in climbing:
+        outcome = wide["outcome"].sel(branch=gait.branch).values
+        last = wide["heading"].values[outcome == GAIT].max()
+        curve = ls.follow(gait, "heading", within=(0.1, 0.6))
+        ends = [one.value for one in curve.special if one.kind == "fold"] or [
+            curve.to_dataset()["heading"].values.max()
+        ]
+        assert 0.0 <= min(ends) - last <= 0.0201 or outcome[-1] == GAIT
+
+
+def test_gaits_whose_conditions_are_not_plain() -> None:
+    animal = ls.load_animal("injured_cockroach")
+    gait = ls.find_gaits(animal, slope_deg=30, heading=0.0 if animal.tuned else None)[0]
+    value = gait.animal.legs[0].angle
+    name = f"{gait.animal.legs[0].pair}.angle"
+    box = box_of([gait], {name: (value - 0.02, value + 0.02)})
+    assert not Batch.is_plain(gait, box)
+    few = ls.sweep(animal, {name: [value - 0.01, value, value + 0.01]}, gaits=gait, measures=["speed", "peak_force"])
+    assert few["outcome"].values[1, 0] == GAIT
+    assert few["speed"].values[1, 0] == pytest.approx(gait.speed, rel=1e-9)
+    assert few["peak_force"].values[1, 0] == pytest.approx(gait.peak_force, rel=1e-6)
+
+
+@pytest.mark.parametrize("sampling", ["latin", "sobol", "random"])
+def test_samples(roach: Animal, climbing: list[Gait], sampling: str) -> None:
+    over = {"slope_deg": (40.0, 50.0), "M.stiffness": (1.3, 1.7), "mass": (0.9 * 2.5e-3, 1.1 * 2.5e-3)}
+    one = ls.sweep(roach, over, samples=24, sampling=sampling, seed=4, gaits=climbing[0], workers=1)
+    two = ls.sweep(roach, over, samples=24, sampling=sampling, seed=4, gaits=climbing[0], workers=2)
+    xr.testing.assert_equal(one, two)
+    assert one.sizes["point"] == 24 and np.mean(one["outcome"] == GAIT) > 0.8
+    for name, (low, high) in over.items():
+        values = one[name].values
+        assert np.all((values >= low) & (values <= high)) and len(np.unique(values)) == 24
+    if sampling == "latin":
+        # One in each of as many slices.
+        slices = np.floor(24 * (np.sort(one["slope_deg"].values) - 40.0) / 10.0)
+        assert slices.tolist() == list(range(24))
+
+
+def test_a_list_of_points(roach: Animal, climbing: list[Gait]) -> None:
+    over = {"slope_deg": [44.0, 47.0, 41.0], "heading": [0.15, 0.1, 0.2]}
+    listed = ls.sweep(roach, over, sampling="list", gaits=climbing[:1])
+    for n, (slope_deg, heading) in enumerate(zip(*over.values(), strict=True)):
+        gaits = ls.find_gaits(roach, slope_deg=slope_deg, heading=heading)
+        assert listed["outcome"].values[n, 0] == GAIT
+        assert min(abs(gait.speed - listed["speed"].values[n, 0]) for gait in gaits) < 1e-8
+
+
+def test_searching_at_each_point(roach: Animal) -> None:
+    small = ls.sweep(
+        roach, {"slope_deg": [15.0, 45.0]}, heading=0.2, starts=12, branches=3, measures=["speed", "friction"]
+    )
+    for slope_deg in (15.0, 45.0):
+        here = small.sel(slope_deg=slope_deg)
+        gaits = ls.find_gaits(roach, slope_deg=slope_deg, heading=0.2)
+        assert int((here["outcome"] == GAIT).sum()) == len(gaits)
+        for gait in gaits:
+            one = here.sel(branch=gait.branch)
+            assert one["speed"].item() == pytest.approx(gait.speed, rel=1e-8)
+            assert one["friction"].item() == pytest.approx(gait.friction, rel=1e-8)
+    none = ls.sweep(roach, {"heading": [0.7]}, slope_deg=40, starts=4)
+    assert none["outcome"].values[0, 0] != GAIT and np.isnan(none["speed"].values).all()
+
+
+# What is kept ----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cut points into many blocks."""
+    monkeypatch.setattr(sweeping, "FOLLOWED", 6)
+
+
+def test_a_store_holds_the_same(
+    roach: Animal, climbing: list[Gait], found: xr.Dataset, tmp_path: Path, small_blocks: None
+) -> None:
+    kept = ls.sweep(roach, GRID, gaits=climbing, store=tmp_path / "runs.zarr", workers=2)
+    alone = ls.sweep(roach, GRID, gaits=climbing, workers=1)
+    for name in found.data_vars:
+        assert np.array_equal(kept[name].values, alone[name].values, equal_nan=True), name
+        # Blocks are reached on other ways.
+        assert kept[name].values == pytest.approx(found[name].values, rel=1e-7, abs=1e-7, nan_ok=True), name
+    assert kept.attrs["animal"] == "cockroach" and kept["speed"].attrs["units"] == "m/s"
+    done, count = finished(tmp_path / "runs.zarr")
+    assert done == count > 5
+    kept.load().drop_vars("done").to_netcdf(tmp_path / "runs.nc")
+    with xr.open_dataset(tmp_path / "runs.nc") as back:
+        assert np.array_equal(back["speed"].values, kept["speed"].values, equal_nan=True)
+
+
+def test_what_is_done_is_not_done_again(
+    roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work, calls = sweeping.block_of, list[int]()
+
+    def counting(plan: Any, where: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return work(plan, where)
+
+    path, asked = tmp_path / "runs.zarr", {"gaits": climbing, "workers": 1}
+    whole = ls.sweep(roach, GRID, **asked)  # type: ignore[arg-type]
+    monkeypatch.setattr(sweeping, "block_of", counting)
+    with pytest.raises(KeyboardInterrupt):
+        ls.sweep(roach, GRID, store=path, **asked)  # type: ignore[arg-type]
+    done, count = finished(path)
+    assert done == 3
+    unfinished = look(path)
+    assert int((unfinished["outcome"] == GAIT).sum()) < int((whole["outcome"] == GAIT).sum())
+    calls[:] = [0] * 10
+    again = ls.sweep(roach, GRID, store=path, **asked)  # type: ignore[arg-type]
+    assert len(calls) == 10 + count - 3
+    for name in whole.data_vars:
+        assert np.array_equal(again[name].values, whole[name].values, equal_nan=True)
+
+
+@pytest.mark.parametrize("how", ["cut off", "changed", "removed"])
+def test_what_is_damaged_is_done_again(
+    roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None, how: str
+) -> None:
+    path = tmp_path / "runs.zarr"
+    whole = ls.sweep(roach, GRID, gaits=climbing, store=path).load()
+    chunks = sorted(file for file in (path / "speed").rglob("*") if file.is_file() and file.name != "zarr.json")
+    assert len(chunks) > 5
+    content = chunks[2].read_bytes()
+    if how == "removed":
+        chunks[2].unlink()
+    else:
+        chunks[2].write_bytes(
+            content[:-7] if how == "cut off" else content[:9] + bytes([content[9] ^ 1]) + content[10:]
+        )
+    again = ls.sweep(roach, GRID, gaits=climbing, store=path)
+    for name in whole.data_vars:
+        assert np.array_equal(again[name].values, whole[name].values, equal_nan=True)
+
+
+def test_values_may_be_added(roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None) -> None:
+    path = tmp_path / "runs.zarr"
+    first = {"slope_deg": GRID["slope_deg"][:4], "F.stiffness": GRID["F.stiffness"]}
+    ls.sweep(roach, first, gaits=climbing, store=path)
+    more = ls.sweep(roach, GRID, gaits=climbing, store=path)
+    whole = ls.sweep(roach, GRID, gaits=climbing)
+    for name in whole.data_vars:
+        assert more[name].values == pytest.approx(whole[name].values, rel=1e-7, abs=1e-7, nan_ok=True), name
+    for over, words in (
+        (first, "must not have fewer"),
+        ({**GRID, "slope_deg": GRID["slope_deg"] + 1.0}, "has other values of slope_deg"),
+        ({"slope_deg": GRID["slope_deg"]}, "of which names is different"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ls.sweep(roach, over, gaits=climbing, store=path)
+
+
+def test_stores_that_are_refused(
+    roach: Animal, climbing: list[Gait], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, asked = tmp_path / "runs.zarr", {"gaits": climbing}
+    over = {"slope_deg": [44.0, 45.0]}
+    ls.sweep(roach, over, store=path, **asked)  # type: ignore[arg-type]
+
+    def refused(words: str, **other: Any) -> None:
+        with pytest.raises((ValueError, OSError)) as error:
+            ls.sweep(roach, over, **asked | {"store": path} | other)
+        assert words in str(error.value) and "\n" not in str(error.value)
+
+    refused("of which gaits is different", gaits=climbing[:1])
+    refused("of which measures is different", measures=["speed"])
+    refused("must exist", store=tmp_path / "nowhere" / "runs.zarr")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "file").write_text("mine")
+    refused("must be a new folder, or the store of a sweep", store=tmp_path / "folder")
+    with stores.opened(path, *_about(path)):
+        refused("is in use by another program")
+    with monkeypatch.context() as patch:
+        patch.setattr(sweeping, "code_stamp", lambda: "another")
+        refused("of which version is different")
+    with monkeypatch.context() as patch:
+        patch.setattr(stores, "FORMAT", 2)
+        refused("is of format 1, and this version of legspring reads format 2")
+
+
+def _about(path: Path) -> tuple[Any, Any]:
+    """Return a layout and an identity with which a store opens."""
+    import json
+
+    identity = json.loads(look(path).attrs["identity"])
+    data = look(path)
+    shape = data["outcome"].shape
+    variables = {"outcome": stores.Variable(("slope_deg", "branch"), shape, "int16", -2, {})}
+    coords: dict[str, tuple[Any, ...]] = {"slope_deg": ("slope_deg", data["slope_deg"].values, {})}
+    return stores.Layout({"slope_deg": shape[0]}, (shape[0],), variables, coords, {}), identity
+
+
+SCRIPT = """
+import sys, numpy as np, legspring as ls
+from legspring import sweeping
+sweeping.FOLLOWED = 2
+roach = ls.cockroach()
+gaits = ls.find_gaits(roach, slope_deg=45, heading=0.15)
+print("begins", flush=True)
+ls.sweep(roach, {"slope_deg": np.linspace(40, 50, 40)}, gaits=gaits, store=sys.argv[1], workers=2)
+print("done", flush=True)
+"""
+
+
+def kills(path: Path, count: int, seed: int) -> int:
+    """Kill a sweep at random moments so many times, then let it end; return how many kills hit it at work."""
+    rng, hit = random.Random(seed), 0
+    for _ in range(count):
+        with subprocess.Popen([sys.executable, "-c", SCRIPT, path], stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "begins\n"
+            time.sleep(rng.uniform(0.0, 0.5))
+            os.kill(process.pid, signal.SIGKILL)
+            hit += "done" not in process.stdout.read()
+        if path.exists():
+            done, total = finished(path)
+            assert 0 <= done <= total == 20
+            look(path).load()
+    subprocess.run([sys.executable, "-c", SCRIPT, path], check=True, capture_output=True)
+    return hit
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no such signal")
+@pytest.mark.parametrize("count", [5, pytest.param(50, marks=pytest.mark.long)])
+def test_killed_at_random_moments(tmp_path: Path, count: int) -> None:
+    path, other = tmp_path / "killed.zarr", tmp_path / "undisturbed.zarr"
+    assert kills(path, count, seed=count) > 0
+    assert kills(other, 0, seed=0) == 0
+    one, two = look(path).load(), look(other).load()
+    for name in two.variables:
+        assert np.array_equal(one[name].values, two[name].values, equal_nan=two[name].dtype.kind == "f"), name
+    assert not [file for file in tmp_path.iterdir() if file.name.endswith(".part")]
+
+
+def test_on_a_cluster(roach: Animal, climbing: list[Gait], small_blocks: None, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    whole = ls.sweep(roach, GRID, gaits=climbing)
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        for where in (client, cluster.scheduler_address):
+            same = ls.sweep(roach, GRID, gaits=climbing, cluster=where)
+            xr.testing.assert_equal(same, whole)
+        kept = ls.sweep(roach, GRID, gaits=climbing, cluster=client, store=tmp_path / "runs.zarr")
+        assert np.array_equal(kept["speed"].values, whole["speed"].values, equal_nan=True)
+    for bad in ("nowhere", 3):
+        with pytest.raises(ValueError, match="must be local, an address"):
+            ls.sweep(roach, GRID, gaits=climbing, cluster=bad)
+
+
+@pytest.mark.parametrize(
+    ("over", "asked", "words"),
+    [
+        ({}, {}, "must map parameters to values"),
+        ({"slope_deg": []}, {}, "must be finite numbers"),
+        ({"slope_deg": [1.0, float("nan")]}, {}, "must be finite numbers"),
+        ({"slope_deg": [2.0, 1.0]}, {}, "must be rising numbers"),
+        ({"slope_deg": (0.0, 1.0)}, {"sampling": "sobol"}, "samples is missing"),
+        ({"slope_deg": (0.0, 1.0)}, {"samples": 3}, "must be left out for a grid"),
+        ({"slope_deg": [0.0, 1.0, 2.0]}, {"sampling": "latin", "samples": 3}, "must be a range"),
+        ({"slope_deg": [0.0, 1.0], "mass": [1.0]}, {"sampling": "list"}, "as many values of each parameter"),
+        ({"slope_deg": [0.0, 1.0]}, {"sampling": "good"}, "sampling = 'good'"),
+        ({"slope_deg": [40.0, 50.0]}, {"measures": ["luck"]}, "measures = 'luck': must be one of"),
+        ({"slope_deg": [40.0, 50.0]}, {"heading": 0.1}, "heading: must be left out"),
+        ({"nonsense": [40.0, 50.0]}, {}, "nonsense"),
+        ({"F.phase": [0.0, 0.1]}, {}, "must be no parameter that was free"),
+        ({"F.stiffness": [-1.0, 1.0]}, {}, "must be within 0 and inf"),
+        ({"slope_deg": [40.0, 50.0]}, {"workers": 0}, "workers = 0"),
+        ({"slope_deg": [40.0, 50.0]}, {"cluster": "nowhere"}, "cluster = 'nowhere'"),
+    ],
+)
+def test_what_is_refused(roach: Animal, climbing: list[Gait], over: Any, asked: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError) as refused:
+        ls.sweep(roach, over, gaits=climbing, **asked)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
