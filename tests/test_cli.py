@@ -48,7 +48,8 @@ def gait() -> ls.Gait:
 
 
 @pytest.mark.parametrize(
-    "command", ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin", "push", "rough", "pareto"]
+    "command",
+    ["gaits", "simulate", "recover", "atlas", "presets", "follow", "basin", "push", "rough", "pareto", "sweep"],
 )
 def test_every_command_has_help_with_an_example(command: str) -> None:
     result = run(command, "--help")
@@ -257,6 +258,37 @@ def test_pareto(tmp_path: Path) -> None:
         (["--over", "F.stiffness=1:2", *wanted, "--bound", "wings=1:"], "must be one of"),
     ):
         assert words in error("pareto", "cockroach", *HERE, *options)
+
+
+def test_sweep(tmp_path: Path) -> None:
+    here = ["sweep", "cockroach", "--slope", "45", "--heading", "0.15", "--follow"]
+    grid = ["--over", "slope_deg=42:48:2", "--over", "F.stiffness=1.4,1.5,1.6"]
+    files = {kind: tmp_path / f"sweep{kind}" for kind in (".nc", ".csv", ".mat", ".png")}
+    for kind in (".nc", ".csv", ".mat"):
+        shown = run(*here, *grid, "--store", tmp_path / "runs.zarr", "--out", files[kind]).stdout
+        assert shown.startswith("20 gaits at 12 of 12 points\n4: not reached: no solution can be followed there")
+    with xr.open_dataset(files[".nc"]) as data:
+        assert data["speed"].shape == (4, 3, 2) and float(data["speed"].min()) > 0.2
+    rows = files[".csv"].read_text().splitlines()
+    assert len(rows) == 25 and rows[0].startswith("slope_deg (degrees),F.stiffness (N/m),branch,")
+    assert sum("no solution can be followed there" in row for row in rows) == 4
+    run(*here, *grid, "--branch", "1", "--figure", files[".png"], "--draw", "transport_cost")
+    assert files[".png"].stat().st_size > 1000
+    samples = ["--samples", "8", "--over", "slope_deg=42:48", "--over", "M.stiffness=1.4:1.6"]
+    shown = run(*here, *samples, "--figure", tmp_path / "samples.png").stdout
+    assert "gaits at 8 of 8 points" in shown
+    few: list[str | Path] = ["--heading", "0.7", "--over", "slope_deg=40", "--starts", "2", "--out", files[".nc"]]
+    assert run("sweep", "cockroach", *few).stdout.startswith("0 gaits at 0 of 1 points")
+    for options, words in (
+        ([*grid], "--store, --out or --figure must be given"),
+        (["--over", "slope_deg", "--out", files[".nc"]], "must be NAME=START:STOP:STEP"),
+        ([*samples[:2], "--over", "slope_deg=1", "--out", files[".nc"]], "must be NAME=LOW:HIGH"),
+        ([*grid, "--out", "sweep.txt"], "must end in .nc, .csv, .mat"),
+        ([*grid, "--out", files[".nc"], "--measures", "luck"], "must be one of"),
+        ([*grid, "--out", files[".nc"], "--cluster", "nowhere"], "must be local, an address"),
+    ):
+        assert words in error(*here, *options)
+    assert "without --follow" in error("sweep", "cockroach", *grid, "--branch", "1", "--out", files[".nc"])
 
 
 def test_what_branches_off_is_followed_too() -> None:

@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import legspring as ls
 from legspring import Animal, Gait, stores, sweeping
 from legspring.batches import GAIT, MEASURES, NOT_REACHED, Batch
 from legspring.candidates import box_of
-from legspring.stores import finished, look
+from legspring.figures import draw_sobol, draw_sweep
+from legspring.stores import finished, open_sweep
 
 GRID = {"slope_deg": np.linspace(35.0, 55.0, 9), "F.stiffness": np.linspace(1.2, 1.8, 5)}
 
@@ -134,6 +136,68 @@ def test_searching_at_each_point(roach: Animal) -> None:
     assert none["outcome"].values[0, 0] != GAIT and np.isnan(none["speed"].values).all()
 
 
+# What varies with what -------------------------------------------------------------------------------------------
+
+
+def test_sobol_indices_that_are_known() -> None:
+    """Of Ishigami's function."""
+    size, low, high = 3, -np.pi, np.pi
+    x = low + (high - low) * sweeping.sampled("saltelli", 4096, size, 1)
+    assert x.shape == (4096 * 5, 3)
+    values = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+    coords = {f"x{n}": ("point", column) for n, column in enumerate(x.T)} | {"branch": [0]}
+    made = xr.Dataset({"cost": (("point", "branch"), values[:, None])}, coords, {"sampling": "saltelli"})
+    shares = ls.sobol_indices(made, "cost")
+    b, a = 0.1, 7.0
+    v1, v2, v13 = 0.5 * (1 + b * np.pi**4 / 5) ** 2, a**2 / 8, b**2 * np.pi**8 * (1 / 18 - 1 / 50)
+    total = v1 + v2 + v13
+    assert shares["first_order"].values == pytest.approx([v1 / total, v2 / total, 0.0], abs=0.02)
+    assert shares["total_order"].values == pytest.approx([(v1 + v13) / total, v2 / total, v13 / total], abs=0.02)
+    for kind in ("first_order", "total_order"):
+        assert np.all(shares[f"{kind}_low"] <= shares[kind] + 1e-12) and np.all(shares[kind] <= shares[f"{kind}_high"])
+    # What is missing at some base points is left out of all.
+    made["cost"][7] = np.nan
+    assert ls.sobol_indices(made, "cost").attrs["base_points"] == 2048
+    for name, branch, words in (("luck", 0, "must be one of cost"), ("cost", 3, "must be one of 0")):
+        with pytest.raises(ValueError, match=words):
+            ls.sobol_indices(made, name, branch=branch)
+    with pytest.raises(ValueError, match=r"must be of legspring\.sweep"):
+        ls.sobol_indices(xr.Dataset(), "cost")
+    made["cost"][: 4096 - 4] = np.nan
+    with pytest.raises(ValueError, match="must be at 8 or more"):
+        ls.sobol_indices(made, "cost")
+
+
+def test_what_gaits_vary_with(roach: Animal, climbing: list[Gait]) -> None:
+    """Up a slope the cost is that of climbing, whatever the stiffness."""
+    over = {"slope_deg": (40.0, 50.0), "M.stiffness": (1.45, 1.55)}
+    runs = ls.sweep(roach, over, samples=32, sampling="saltelli", gaits=climbing[0])
+    shares = ls.sobol_indices(runs, "step_duration")
+    assert shares["first_order"].values == pytest.approx([1.0, 0.0], abs=0.05)
+    assert isinstance(draw_sobol(shares), Figure)
+    with pytest.raises(ValueError, match="power of two"):
+        ls.sweep(roach, over, samples=33, sampling="saltelli", gaits=climbing[0])
+
+
+def test_pictures(roach: Animal, climbing: list[Gait], found: xr.Dataset) -> None:
+    assert isinstance(draw_sweep(found, "max_multiplier"), Figure)
+    assert isinstance(draw_sweep(found, "phase", leg="F", x="F.stiffness", y="slope_deg"), Figure)
+    lines = draw_sweep(found.isel({"F.stiffness": 2}, drop=True), "transport_cost")
+    assert len(lines.axes) == 1
+    runs = ls.sweep(
+        roach, {"slope_deg": (40, 50), "mass": (2e-3, 3e-3)}, samples=16, sampling="sobol", gaits=climbing[0]
+    )
+    assert isinstance(draw_sweep(runs, "transport_cost"), Figure)
+    for name, places, words in (
+        ("luck", {}, "must be a measure"),
+        ("phase", {}, "leg is missing: must be one of F, M, B"),
+        ("speed", {"x": "wings"}, "must be of slope_deg, F.stiffness"),
+        ("speed", {"leg": "F"}, "must be a dimension of speed"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            draw_sweep(found, name, **places)  # type: ignore[arg-type]
+
+
 # What is kept ----------------------------------------------------------------------------------------------------
 
 
@@ -178,7 +242,7 @@ def test_what_is_done_is_not_done_again(
         ls.sweep(roach, GRID, store=path, **asked)  # type: ignore[arg-type]
     done, count = finished(path)
     assert done == 3
-    unfinished = look(path)
+    unfinished = open_sweep(path)
     assert int((unfinished["outcome"] == GAIT).sum()) < int((whole["outcome"] == GAIT).sum())
     calls[:] = [0] * 10
     again = ls.sweep(roach, GRID, store=path, **asked)  # type: ignore[arg-type]
@@ -256,8 +320,8 @@ def _about(path: Path) -> tuple[Any, Any]:
     """Return a layout and an identity with which a store opens."""
     import json
 
-    identity = json.loads(look(path).attrs["identity"])
-    data = look(path)
+    identity = json.loads(open_sweep(path).attrs["identity"])
+    data = open_sweep(path)
     shape = data["outcome"].shape
     variables = {"outcome": stores.Variable(("slope_deg", "branch"), shape, "int16", -2, {})}
     coords: dict[str, tuple[Any, ...]] = {"slope_deg": ("slope_deg", data["slope_deg"].values, {})}
@@ -289,7 +353,7 @@ def kills(path: Path, count: int, seed: int) -> int:
         if path.exists():
             done, total = finished(path)
             assert 0 <= done <= total == 20
-            look(path).load()
+            open_sweep(path).load()
     subprocess.run([sys.executable, "-c", SCRIPT, path], check=True, capture_output=True)
     return hit
 
@@ -300,7 +364,7 @@ def test_killed_at_random_moments(tmp_path: Path, count: int) -> None:
     path, other = tmp_path / "killed.zarr", tmp_path / "undisturbed.zarr"
     assert kills(path, count, seed=count) > 0
     assert kills(other, 0, seed=0) == 0
-    one, two = look(path).load(), look(other).load()
+    one, two = open_sweep(path).load(), open_sweep(other).load()
     for name in two.variables:
         assert np.array_equal(one[name].values, two[name].values, equal_nan=two[name].dtype.kind == "f"), name
     assert not [file for file in tmp_path.iterdir() if file.name.endswith(".part")]

@@ -34,7 +34,9 @@ if TYPE_CHECKING:
     from legspring.simulation import simulate as simulate
     from legspring.solve import find_gaits as find_gaits
     from legspring.solve import search_gaits as search_gaits
+    from legspring.stores import open_sweep as open_sweep
     from legspring.sweeping import sweep as sweep
+    from legspring.variance import sobol_indices as sobol_indices
     from legspring.varied import parameters as parameters
 
 _HOMES = {
@@ -54,6 +56,7 @@ _HOMES = {
     "load_boundary": "boundary_charts",
     "load_curve": "charts",
     "optimal_atlas": "optima",
+    "open_sweep": "stores",
     "parameters": "varied",
     "optimize": "optimisation",
     "pareto": "fronts",
@@ -62,6 +65,7 @@ _HOMES = {
     "rough": "roughness",
     "search_gaits": "solve",
     "simulate": "simulation",
+    "sobol_indices": "variance",
     "sweep": "sweeping",
     "trade_off": "optimisation",
 }

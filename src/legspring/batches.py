@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from legspring.candidates import Box
 from legspring.flow import Simulator
-from legspring.footing import Feet, Traits, departs, verdict
+from legspring.footing import Feet, Traits, departs, wrongs
 from legspring.gait import LEAST_ISOLATION, Gait, Invalid
 from legspring.kernel.footfalls import LEAVING, STANCE, TOUCH
 from legspring.kernel.pack import GRAVITATION, MASS, STEP_DURATION
@@ -33,6 +33,8 @@ PROBES, SEED = 8, 0
 """Places at which it is checked that parameters are what they are taken for."""
 LARGEST_CORRECTION, SMALLEST_CORRECTION = 0.2, 2e-3
 """Correction of the unknowns that is plausible: by the length of the step, and at any rate."""
+OF_RATES = 1e-9
+"""Accuracy of the rates at which solutions move with places."""
 HALVINGS = 5
 """How often a step from a known gait to another place is halved where it is not plausible."""
 REASONS: tuple[Invalid, ...] = tuple(Invalid)
@@ -196,7 +198,7 @@ class Batch:
         rows = np.flatnonzero(good)
         if len(rows):
             along = self.directions(np.mean(places, axis=0))
-            by = self.problem.residual(z[rows], list(along), base=base[rows], accuracy=TIGHT)[1]
+            by = self.problem.residual(z[rows], list(along), base=base[rows], accuracy=OF_RATES)[1]
             fine = np.all(np.isfinite(by), axis=(1, 2))
             rows, by = rows[fine], by[fine]
             isolation[rows] = np.linalg.svd(by[:, :, :n], compute_uv=False)[:, -1]
@@ -255,10 +257,8 @@ class Batch:
         traits = Traits(self.system, p, feet.trivial.free(maps), *feet.seen(p))
         outcomes = np.zeros(len(p), dtype=np.int64)
         away = departs(traits)
-        for row in range(len(p)):
-            found_wrong = verdict(traits, row)
-            if found_wrong is not None:
-                outcomes[row] = 1 + REASONS.index(found_wrong[0])
+        for reason, _, where in wrongs(traits):
+            outcomes[where & (outcomes == GAIT)] = 1 + REASONS.index(reason)
         outcomes[(outcomes == GAIT) & (away | ~whole)] = 1 + REASONS.index(Invalid.DEPARTS)
         return Measured(self, p, outcomes, maps, traits, seen.work, seen.seen[:, :, 0])
 

@@ -154,7 +154,7 @@ def _for_matlab(values: Any) -> Any:
     return values.astype(object) if values.dtype.kind in "US" else values
 
 
-def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time",)) -> None:
+def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time",), *, whole: bool = False) -> None:
     """Save a dataset as a table: a row for each place in some dimensions, a column such as force_FL_lateral (m g).
 
     Parameters
@@ -165,6 +165,8 @@ def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time
         The file; it appears whole, or not at all.
     rows
         Dimensions that make the rows, those in which everything is missing left out; the others make columns.
+    whole
+        Whether these are not left out.
     """
     table = dataset[
         [name for name, series in dataset.data_vars.items() if set(rows) <= set(series.dims) and series.size]
@@ -178,7 +180,7 @@ def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time
         for index in np.ndindex(values.shape[1:]):
             column = "_".join([str(name), *(labels[axis][number] for axis, number in enumerate(index))])
             columns[column], units[column] = values.values[:, *index], series.attrs.get("units", "")
-    if len(rows) > 1:
+    if len(rows) > 1 and not whole:
         numbers = [column for name, column in columns.items() if name not in rows and column.dtype.kind == "f"]
         known = np.any(np.isfinite(np.array(numbers)), axis=0)
         columns = {name: column[known] for name, column in columns.items()}

@@ -209,35 +209,40 @@ class Traits:
 # Which points are gaits -------------------------------------------------------------------------------------
 
 
+def wrongs(traits: Traits) -> Iterator[tuple[Invalid, str, NDArray[np.bool_]]]:
+    """Yield all that legs may do wrong, of which the first counts, with the leg's name, and which points do it."""
+    system, feet = traits.system, traits.feet
+    legs = system.animal.legs
+    yield Invalid.NOT_SIMULATED, "", traits.status != OK
+    for leg, one in enumerate(legs):
+        yield Invalid.COLLAPSED, one.name, feet[:, leg, OVER] == 1.0
+    for leg in traits.watched:
+        name = legs[leg].name
+        yield Invalid.NO_LIFTOFF, name, np.isnan(feet[:, leg, STANCE])
+        if legs[leg].stance is None:
+            yield Invalid.WRONG_SIGN, name, feet[:, leg, LEAVING] * system.side[leg] > 0.0
+        yield Invalid.IDLE, name, traits.peaks[:, leg] < IDLE
+    for leg, one in enumerate(legs):
+        if one.offset > 0.0 and not system.lands[leg]:
+            yield Invalid.OLD_LEGS, one.name, stay(traits, leg) != (feet[:, leg, OLD] == 1.0)
+
+
 def verdict(traits: Traits, row: int) -> Verdict:
     """Say why a point is no gait, as `Gait.invalid` does, as far as legs tell; None if they see nothing wrong."""
-    system, feet = traits.system, traits.feet[row]
-    legs = system.animal.legs
-    if traits.status[row] != OK:
-        return Invalid.NOT_SIMULATED, ""
-    for leg in np.flatnonzero(feet[:, OVER] == 1.0).tolist():
-        return Invalid.COLLAPSED, legs[leg].name
-    for leg in traits.watched:
-        if math.isnan(feet[leg, STANCE]):
-            return Invalid.NO_LIFTOFF, legs[leg].name
-        if feet[leg, LEAVING] * system.side[leg] > 0.0 and legs[leg].stance is None:
-            return Invalid.WRONG_SIGN, legs[leg].name
-        if traits.peaks[row, leg] < IDLE:
-            return Invalid.IDLE, legs[leg].name
-    for leg, one in enumerate(legs):
-        if one.offset > 0.0 and not system.lands[leg] and stays(traits, row, leg) != (feet[leg, OLD] == 1.0):
-            return Invalid.OLD_LEGS, one.name
-    return None
+    return next(((reason, leg) for reason, leg, where in wrongs(traits) if where[row]), None)
 
 
-def stays(traits: Traits, row: int, leg: int) -> bool:
-    """Whether a leg that was put down before the end of a stride is down then."""
-    system, feet, one = traits.system, traits.feet[row], traits.system.animal.legs[leg]
+def stay(traits: Traits, leg: int) -> NDArray[np.bool_]:
+    """Whether a leg that was put down before the end of a stride is down then, at each point."""
+    system, feet, one = traits.system, traits.feet, traits.system.animal.legs[leg]
+    found: NDArray[np.bool_]
     if one.touchdown == "clock":
         alike = system.animal.first_legs[system.pair[leg]] if system.mirrored else leg
         # Offsets may vary along a curve.
-        return bool(feet[alike, STANCE] > 2.0 - traits.p[row, system.place(leg, "offset")])
-    return bool(feet[leg, TOUCH] + feet[leg, STANCE] > traits.times[row] * (1.0 + TOGETHER))
+        found = feet[:, alike, STANCE] > 2.0 - traits.p[:, system.place(leg, "offset")]
+    else:
+        found = feet[:, leg, TOUCH] + feet[:, leg, STANCE] > traits.times * (1.0 + TOGETHER)
+    return found
 
 
 def departs(traits: Traits) -> NDArray[np.bool_]:
@@ -263,7 +268,10 @@ def departs(traits: Traits) -> NDArray[np.bool_]:
 
 def verdicts(stretch: Stretch, traits: Traits) -> list[Verdict]:
     """Say of all points of a stretch why they are no gaits."""
-    found = [verdict(traits, row) for row in range(len(traits.p))]
+    found: list[Verdict] = [None] * len(traits.p)
+    for reason, leg, where in wrongs(traits):
+        for row in np.flatnonzero(where).tolist():
+            found[row] = found[row] or (reason, leg)
     isolation = np.linalg.svd(np.array([point.look.by for point in stretch.points]), compute_uv=False)[:, -1]
     for row, off in enumerate(departs(traits)):
         if found[row] is None and off:

@@ -145,7 +145,7 @@ class OnDisk:
 
     def dataset(self) -> "xr.Dataset":
         """Return the result, of which only what is looked at is read."""
-        return look(self.path)
+        return open_sweep(self.path)
 
 
 def checksum(arrays: Iterable[np.ndarray]) -> int:
@@ -157,7 +157,7 @@ def checksum(arrays: Iterable[np.ndarray]) -> int:
     return int.from_bytes(digest.digest(), "little") or 1
 
 
-def look(path: str | os.PathLike[str]) -> "xr.Dataset":
+def open_sweep(path: str | os.PathLike[str]) -> "xr.Dataset":
     """Open the store of a sweep, finished or not; only what is looked at is read.
 
     Raises

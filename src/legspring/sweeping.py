@@ -49,7 +49,7 @@ from legspring.stores import Block, InMemory, Layout, OnDisk, Variable, block_in
 if TYPE_CHECKING:
     import xarray as xr
 
-SAMPLINGS = ("grid", "list", "latin", "sobol", "random")
+SAMPLINGS = ("grid", "list", "latin", "sobol", "random", "saltelli")
 STARTS, BRANCHES = 24, 4
 """Starts of a search at each point; gaits that there is room for."""
 FOLLOWED, SEARCHED = 4096, 16
@@ -174,8 +174,9 @@ def sweep(
         What varies (see `legspring.parameters`; ``slope_deg`` and what gaits are asked for among them), with the values
         along each axis of a grid; with the values of each point for a list; or with a range, (low, high), for samples.
     samples, sampling, seed
-        How many points, and how they lie: ``"grid"``, ``"list"``, or samples: ``"latin"`` (hypercube), ``"sobol"`` or
-        ``"random"``.
+        How many points, and how they lie: ``"grid"``, ``"list"``, or samples: ``"latin"`` (hypercube), ``"sobol"``,
+        ``"random"``, or ``"saltelli"``: so many base points, a power of two, with those that `legspring.sobol_indices`
+        needs in addition, for each parameter as many again, and twice.
     gaits
         Gaits to be followed to all points, for instance by `legspring.find_gaits`; they are asked for as they were,
         and their numbers are the order in which they are given.
@@ -202,7 +203,7 @@ def sweep(
     xarray.Dataset
         Over the grid, or over ``point``, and ``branch``: the measures, and ``outcome``, what became of a gait there (0:
         it is one; its attributes say what other numbers mean). Measures of what is no gait are missing. With a store
-        only what is looked at is read; the folder may be opened by `legspring.stores.look` at any time, also while
+        only what is looked at is read; the folder may be opened by `legspring.open_sweep` at any time, also while
         the work goes on.
 
     Raises
@@ -273,6 +274,16 @@ def shaped(layout: Layout, block: Block, values: Mapping[str, np.ndarray]) -> di
     return {name: array.reshape(*shape, *array.shape[1:]) for name, array in values.items()}
 
 
+def fates_of(found: "xr.Dataset") -> list[str]:
+    """Say what became of the places without a gait, a line for each outcome."""
+    about, values = found["outcome"].attrs, found["outcome"].values
+    words = dict(
+        zip(np.atleast_1d(about["flag_values"]).tolist(), str(about["flag_meanings"]).split("; "), strict=True)
+    )
+    counts = Counter(values.ravel().tolist())
+    return [f"{count}: {words[one]}" for one, count in counts.most_common() if one not in (GAIT, NO_FURTHER)]
+
+
 # What is asked --------------------------------------------------------------------------------------------------
 
 
@@ -313,15 +324,21 @@ def checked_over(
     for name, values in found.items():
         if len(values) != 2 or not values[0] < values[1]:
             raise ValueError(f"over[{shown(name)}] = {shown(over[name])}: must be a range, (low, high)")
+    if sampling == "saltelli" and count & (count - 1):
+        raise ValueError(f"samples = {count}: must be a power of two, for sampling = 'saltelli'")
     low, high = np.array(list(found.values())).T
     shares = sampled(sampling, count, len(found), luck)
     return {name: tuple(column) for name, column in zip(found, (low + shares * (high - low)).T.tolist(), strict=True)}
 
 
 def sampled(sampling: str, count: int, size: int, seed: int) -> Floats:
-    """Return points of the unit cube, ``(count, size)``."""
+    """Return points of the unit cube, ``(count, size)``, or more for Sobol indices."""
     if sampling == "random":
         return np.random.default_rng(seed).random((count, size))
+    if sampling == "saltelli":
+        first, second = np.split(qmc.Sobol(2 * size, rng=seed).random_base2(round(math.log2(count))), 2, axis=1)
+        mixed = [np.where(np.arange(size) == n, second, first) for n in range(size)]
+        return np.vstack([first, second, *mixed])
     if sampling == "latin":
         return qmc.LatinHypercube(size, rng=seed).random(count)
     # A power of two is what the sequence is made for.
@@ -422,7 +439,7 @@ def layout_of(plan: Plan, animal: Animal, more: Mapping[str, Any]) -> Layout:
     labels = families_of(plan)
     flags = {"flag_values": list(range(len(labels))), "flag_meanings": ", ".join(labels)}
     variables["family"] = Variable(dims, shape, "int16", -1, {"long_name": "pairs of legs that push"} | flags)
-    flags = {"flag_values": list(MEANINGS), "flag_meanings": ", ".join(MEANINGS.values())}
+    flags = {"flag_values": list(MEANINGS), "flag_meanings": "; ".join(MEANINGS.values())}
     variables["outcome"] = Variable(dims, shape, "int16", UNSOLVED, {"long_name": "what became of a gait"} | flags)
     attrs = (
         provenance(animal, {}, list(plan.names))

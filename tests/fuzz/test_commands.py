@@ -79,7 +79,9 @@ VALUES: dict[str, list[str]] = {
     "--help": [], "--version": [], "--memory": [*WORDS, "kept", "rebuilt"], "--refine": NUMBERS,
     "--directions": NUMBERS, "--moments": NUMBERS, "--impulses": GRIDS, "--runs": NUMBERS, "--scales": GRIDS,
     "--distribution": [*WORDS, "normal", "uniform"], "--correlation": NUMBERS, "--seed": NUMBERS,
-    "--minimize": NAMES, "--maximize": [*NAMES, "push"], "--bound": [*OVERS, "friction=:2", "speed=nan:1"],
+    "--samples": NUMBERS, "--sampling": [*WORDS, "latin", "list"], "--measures": NAMES, "--cluster": WORDS,
+    "--draw": NAMES, "--follow": [], "--minimize": NAMES, "--maximize": [*NAMES, "push"],
+    "--bound": [*OVERS, "friction=:2", "speed=nan:1"],
     "--constraints": [*WORDS, "peterson2011"], "--points": NUMBERS, "--evaluations": NUMBERS,
     "--with": [f"{name}={value}" for name in ("slope_deg", "miss", "height", "wind") for value in NUMBERS] + ["a", "="],
 }  # fmt: skip
@@ -97,6 +99,17 @@ OPTIONS = {
     "push": ["--directions", "--moments", "--impulses", "--out", "--figure", "--json"],
     "rough": ["--with", "--runs", "--scales", "--distribution", "--correlation", "--seed", "--out", "--json"],
     "pareto": ["--over", "--minimize", "--maximize", "--bound", "--constraints", "--points", "--evaluations", "--out"],
+    "sweep": [
+        "--over",
+        "--follow",
+        "--samples",
+        "--sampling",
+        "--measures",
+        "--out",
+        "--cluster",
+        "--draw",
+        "--branch",
+    ],
     "optimize": ["--objective", "--family", "--map", "--method", "--json", "--figure"],
     "reproduce": ["--out", "--only", "--method", "--workers"],
 }
@@ -105,6 +118,7 @@ OPTIONS = {
 FIRST = {
     "basin": ["--over", "speed=0.2,0.3"],
     "rough": ["--with", "slope_deg=3"],
+    "sweep": ["--over", "slope_deg=44,45", "--out", "a.nc"],
     "pareto": ["--over", "F.stiffness=1:2", "--minimize", "stability,transport_cost"],
 }
 """What commands cannot do without."""
@@ -151,8 +165,15 @@ def runner(tmp_path_factory: pytest.TempPathFactory) -> Any:
         patch.chdir(folder)
         short = functools.partial(solve.search_gaits, starts=4)
         patch.setattr("legspring.solve.search_gaits", short)
-        long = ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store")
-        for name in (*long, "basins.refined", "pushing.Trial", "roughness.run_all", "fronts.Archive"):
+        long: tuple[str, ...] = ("optimisation.search", "optimisation.tried", "peterson2011.reproduce.Store")
+        for name in (
+            *long,
+            "basins.refined",
+            "pushing.Trial",
+            "roughness.run_all",
+            "fronts.Archive",
+            "sweeping.block_of",
+        ):
             patch.setattr(f"legspring.{name}", worked, raising=False)
         patch.setattr("legspring.mapping.find_on", worked)
         yield CliRunner()

@@ -3,7 +3,7 @@
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -32,10 +32,11 @@ from legspring.cli.options import (
     parse_names,
     parse_numbers,
     parse_over,
+    parse_samples,
 )
-from legspring.cli.outputs import atlas_figures, draws, save, save_dataset
+from legspring.cli.outputs import atlas_figures, draws, save, save_dataset, save_table
 from legspring.cli.program import NO_GAIT, app, fail, patience
-from legspring.cli.subjects import where
+from legspring.cli.subjects import choose_gait, search_at, where
 from legspring.printing import describe_optimum, print_json, print_optimum
 
 
@@ -130,6 +131,125 @@ def atlas(
     cells = found.any(axis=-1)
     print(f"{out}: {found.sum()} gaits in {cells.sum()} of {cells.size} cells")
     save((out, partial(save_dataset, maps)), *([] if figures is None else atlas_figures(maps, figures)))
+
+
+@app.command()
+def sweep(
+    animal: AnimalName,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            "--over",
+            metavar="NAME=START:STOP:STEP",
+            help="What varies, once for each; numbers separated by commas; or, for samples, NAME=LOW:HIGH. SI units.",
+        ),
+    ],
+    follow: Annotated[
+        bool,
+        typer.Option(
+            "--follow", help="Follow the gaits found at --slope and --heading to all points, which is much faster."
+        ),
+    ] = False,
+    branch: Annotated[
+        int | None, typer.Option(parser=integer, metavar="NUMBER", help="Only this one of them.", show_default=False)
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option(parser=integer, metavar="NUMBER", help="How many samples.", show_default=False)
+    ] = None,
+    sampling: Annotated[
+        str | None, typer.Option(metavar="NAME", help="sobol (by default), latin, random, saltelli; or list.")
+    ] = None,
+    seed: Annotated[int, typer.Option(parser=integer, metavar="NUMBER", help="Of samples.")] = 0,
+    slope: Slope = None,
+    heading: Heading = None,
+    speed: Speed = None,
+    mean_speed: MeanSpeed = None,
+    energy: Energy = None,
+    apex_height: ApexHeight = None,
+    lateral_drift: LateralDrift = None,
+    free: Free = None,
+    asymmetric: Asymmetric = False,
+    measures: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="What to say of gaits, separated by commas.", show_default=False)
+    ] = None,
+    starts: Annotated[
+        int, typer.Option(parser=integer, metavar="NUMBER", help="Starts of a search at each point, for each family.")
+    ] = 24,
+    store: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Zarr: what was stopped goes on where it was.", show_default=False),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(metavar="WHERE", help="Work on Dask: local, or tcp://ADDRESS:PORT.", show_default=False),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(parser=integer, metavar="NUMBER", help="Threads; by default one a core.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Save all of it: .nc (netCDF), .csv or .mat (MATLAB).", show_default=False),
+    ] = None,
+    figure: FigureFile = None,
+    draw: Annotated[str, typer.Option(metavar="NAME", help="The measure that is drawn.")] = "max_multiplier",
+) -> None:
+    """Find and measure gaits over any parameters: on a grid, at listed points, or at samples.
+
+    Example: legspring sweep cockroach --slope 45 --heading 0.15 --follow --over slope_deg=35:55:1
+    --over F.stiffness=1.2:1.8:0.1 --store runs.zarr --figure sweep.png
+
+    Example: legspring sweep cockroach --heading 0.15 --slope 45 --follow --samples 1000 --over mass=0.002:0.003
+    --over M.stiffness=1.2:1.8 --out samples.csv
+    """
+    from legspring.files import check_output
+
+    check_figure(figure)
+    if out is not None:
+        check_output(out, [".nc", ".csv", ".mat"])
+    if store is None and out is None and figure is None:
+        raise ValueError("--store, --out or --figure must be given, for the result to be kept")
+    how = sampling or ("grid" if samples is None else "sobol")
+    points = (parse_over(over) or {}) if how in ("grid", "list") else parse_samples(over)
+    targets: Any = {"speed": speed, "mean_speed": mean_speed, "energy": energy}
+    targets |= {"apex_height": apex_height, "lateral_drift": lateral_drift}
+    creature = load_weighing(animal, None)
+    asked: dict[str, Any] = {"slope_deg": slope, "free": parse_names(free), "mirrored": False if asymmetric else None}
+    if branch is not None and not follow:
+        raise ValueError(f"--branch = {branch}: must be left out without --follow")
+    if follow:
+        search = search_at(animal, slope, heading, None, None, free, asymmetric, **targets)
+        one = choose_gait(search, slope, heading, branch)
+        asked = {"gaits": search.gaits if branch is None else one}
+    else:
+        asked |= targets | {"heading": heading}
+    from legspring import sweeping
+
+    try:
+        found = sweeping.sweep(
+            creature,
+            points,
+            samples=samples,
+            sampling=how,
+            seed=seed,
+            measures=parse_names(measures) or None,
+            starts=starts,
+            store=store,
+            cluster=cluster,
+            workers=workers,
+            progress=sys.stderr.isatty(),
+            **asked,
+        )
+    except ImportError as error:
+        raise ValueError(str(error)) from None
+    outcome = found["outcome"].values
+    print(f"{(outcome == 0).sum()} gaits at {(outcome == 0).any(axis=-1).sum()} of {outcome[..., 0].size} points")
+    print(*sweeping.fates_of(found), sep="\n", end="\n" if len(sweeping.fates_of(found)) else "")
+    rows = tuple(str(dim) for dim in found["outcome"].dims)
+    as_table = out is not None and out.suffix.lower() == ".csv"
+    save(
+        (out, partial(save_table, found, rows) if as_table else partial(save_dataset, found)),
+        (figure, draws("draw_sweep", found, draw)),
+    )
 
 
 @app.command()

@@ -250,6 +250,11 @@ def parse_ranges(
     return found
 
 
+def parse_samples(texts: list[str]) -> dict[str, tuple[float, ...]]:
+    """Read what samples are of: NAME=LOW:HIGH, each name once."""
+    return {name: (low, high) for name, (low, high) in parse_ranges("--over", texts).items()}  # type: ignore[misc]
+
+
 def parse_phase(animal: "Animal", text: str) -> list[float]:
     """Read the phase of each pair of legs, in degrees."""
     degrees = parse_numbers("--phase", text) or ()

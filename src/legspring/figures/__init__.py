@@ -16,6 +16,7 @@ from legspring.figures.fronts import draw_front
 from legspring.figures.maps import draw_atlas
 from legspring.figures.runs import draw_gait, draw_recovery, draw_simulation
 from legspring.figures.series import draw_energy, draw_motion
+from legspring.figures.sweeps import draw_sobol, draw_sweep
 
 __all__ = [
     "Film",
@@ -35,5 +36,7 @@ __all__ = [
     "draw_recovery",
     "draw_rough",
     "draw_simulation",
+    "draw_sobol",
+    "draw_sweep",
     "save_figure",
 ]
