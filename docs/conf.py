@@ -19,7 +19,7 @@ QUICK = os.environ.get("LEGSPRING_DOCS") == "quick"
 """Whether the long pages are left as they are: shown, but not executed."""
 LONG = ["findings", "gallery/thesis", "gallery/figures", "gallery/presets", "model/optimal"]
 LONG += [f"howto/{name}" for name in ("atlas", "basins", "figures", "follow", "optimise", "pareto", "robustness")]
-LONG += ["howto/thesis"]
+LONG += ["howto/sweep", "howto/thesis"]
 LONG += [f"notebooks/{name}" for name in ("branches", "cockroach", "lateral", "limping", "own_animal")]
 
 project, author = "Legspring", "The Legspring developers"

@@ -205,6 +205,7 @@ def test_pictures(roach: Animal, climbing: list[Gait], found: xr.Dataset) -> Non
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut points into many blocks."""
     monkeypatch.setattr(sweeping, "FOLLOWED", 6)
+    monkeypatch.setattr(sweeping, "FEWEST", 1)
 
 
 def test_a_store_holds_the_same(
@@ -331,7 +332,7 @@ def _about(path: Path) -> tuple[Any, Any]:
 SCRIPT = """
 import sys, numpy as np, legspring as ls
 from legspring import sweeping
-sweeping.FOLLOWED = 2
+sweeping.FOLLOWED, sweeping.FEWEST = 2, 1
 roach = ls.cockroach()
 gaits = ls.find_gaits(roach, slope_deg=45, heading=0.15)
 print("begins", flush=True)

@@ -35,8 +35,8 @@ LARGEST_CORRECTION, SMALLEST_CORRECTION = 0.2, 2e-3
 """Correction of the unknowns that is plausible: by the length of the step, and at any rate."""
 OF_RATES = 1e-9
 """Accuracy of the rates at which solutions move with places."""
-HALVINGS = 5
-"""How often a step from a known gait to another place is halved where it is not plausible."""
+PARTS = (1, 4, 16)
+"""In how many parts a step from a known gait to another place is made where it is not plausible in fewer."""
 REASONS: tuple[Invalid, ...] = tuple(Invalid)
 GAIT, NOT_REACHED, UNSOLVED = 0, -1, -2
 OUTCOMES = {
@@ -219,14 +219,14 @@ class Batch:
         return at
 
     def advanced(self, known: Solved, here: Floats, there: Floats) -> Solved:
-        """Continue solutions from places to others, ``(N, D)``, halving steps that are not plausible."""
+        """Continue solutions from places to others, ``(N, D)``, in parts where one step is not plausible."""
         z, rates = np.full_like(known.z, np.nan), np.full_like(known.rates, np.nan)
         isolation = np.full_like(known.isolation, np.nan)
         todo = np.flatnonzero(known.there)
-        for level in range(HALVINGS + 1):
+        for parts in PARTS:
             if not len(todo):
                 break
-            parts, at = 2**level, Solved(known.z[todo], known.rates[todo], known.isolation[todo])
+            at = Solved(known.z[todo], known.rates[todo], known.isolation[todo])
             going, places = np.arange(len(todo)), here[todo].copy()
             for part in range(1, parts + 1):
                 goal = here[todo[going]] + (there[todo[going]] - here[todo[going]]) * part / parts

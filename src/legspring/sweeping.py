@@ -53,7 +53,9 @@ SAMPLINGS = ("grid", "list", "latin", "sobol", "random", "saltelli")
 STARTS, BRANCHES = 24, 4
 """Starts of a search at each point; gaits that there is room for."""
 FOLLOWED, SEARCHED = 4096, 16
-"""Points of a block where gaits are followed, and where they are searched for."""
+"""Points of a block where gaits are followed, and where they are searched for, at most."""
+FEWEST, BLOCKS = 512, 16
+"""Points from which on a block is worth its while; blocks that there are to be at least, if so."""
 NEIGHBOURS = 2
 """Points around one that it is reached from, for each dimension and side."""
 SAME = 1e-6
@@ -116,7 +118,8 @@ class Plan:
         """Points of a block along each dimension: about as many one way as the other."""
         if self.width is not None:
             return self.width
-        most, sizes = FOLLOWED if self.gaits else SEARCHED, list(self.sizes.values())
+        sizes = list(self.sizes.values())
+        most = min(FOLLOWED, max(FEWEST, math.prod(sizes) // BLOCKS)) if self.gaits else SEARCHED
         widths, left = [1] * len(sizes), float(most)
         for n, axis in enumerate(sorted(range(len(sizes)), key=lambda axis: sizes[axis])):
             widths[axis] = max(1, min(sizes[axis], round(left ** (1.0 / (len(sizes) - n)))))

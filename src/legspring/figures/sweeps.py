@@ -10,11 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from legspring.checks import shown
-from legspring.drawing.style import COLOURS, COLUMN, PAGE, label, new_figure, sequential, styled
+from legspring.drawing.style import COLOURS, COLUMN, PAGE, label, new_figure, sequential, styled, units
 from legspring.figures.maps import edges, find, in_degrees
 
 NOWHERE = "0.88"
 """Colour of places without a gait."""
+LEVEL = 1e-6
+"""Relative change of a measure below which it is level."""
 MOST_LINES = 2000
 """Samples that are drawn as parallel coordinates."""
 
@@ -100,6 +102,10 @@ def _draw_lines(here: xr.Dataset, name: str, x: str, words: str) -> Figure:
             axes.plot(across, np.where(stable, column, np.nan), color=colour, linewidth=1.6)
         axes.plot([], [], color=colour, label=f"gait {number}")
     axes.set(xlabel=label(here[x].attrs, x), ylabel=label(values.attrs, name), title=words)
+    known = values.values[np.isfinite(values.values)]
+    if len(known) and np.ptp(known) < LEVEL * np.max(np.abs(known)):
+        # Digits of rounding are nothing to be looked at.
+        axes.set_ylim(*(known.mean() + 0.05 * np.abs(known).max() * np.array([-1.0, 1.0])).tolist())
     axes.legend(title="dashed: unstable" if "max_multiplier" in here else None)
     return figure
 
@@ -122,10 +128,12 @@ def _draw_parallel(dataset: xr.Dataset, name: str, branch: int, places: dict[str
     drawn = LineCollection(list(lines), array=values.values[rows][order], cmap=sequential(), linewidths=0.7, alpha=0.7)
     axes.add_collection(drawn)
     figure.colorbar(drawn, ax=axes, label=label(values.attrs, name))
-    titles = [*(label(dataset[one].attrs, one) for one in names), label(values.attrs, name)]
-    titles = [f"{one}\n{title}" for one, title in zip([*names, name], titles, strict=True)]
+    own = [*(dataset[one].attrs for one in names), values.attrs]
+    marks = [units(str(about.get("units", "1"))) for about in own]
+    titles = [one if mark == "1" else f"{one}\n({mark})" for one, mark in zip([*names, name], marks, strict=True)]
     axes.set_xticks(range(len(columns)), titles, fontsize="small")
     axes.set(xlim=(-0.1, len(columns) - 0.9), ylim=(-0.02, 1.02), yticks=[], title=words)
+    axes.spines[:].set_visible(False)
     for n, (least, most) in enumerate(zip(low, high, strict=True)):
         axes.axvline(n, color="0.3", linewidth=0.8)
         for height, text, side in ((0.0, least, "top"), (1.0, most, "bottom")):
