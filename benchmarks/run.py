@@ -26,6 +26,7 @@ BENCHMARKS = {
     "neighbours": ("neighbours", "measure"),
     "curves": ("curves", "measure"),
     "survival": ("survival", "measure"),
+    "sweeps": ("sweeps", "measure"),
     "strides": ("strides", "measure"),
 }
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ LARGEST_CORRECTION, SMALLEST_CORRECTION = 0.2, 2e-3
 """Correction of the unknowns that is plausible: by the length of the step, and at any rate."""
 OF_RATES = 1e-9
 """Accuracy of the rates at which solutions move with places."""
+STEPS = 10
+"""Steps in which a gait is followed through the whole of a range."""
 PARTS = (1, 4, 16)
 """In how many parts a step from a known gait to another place is made where it is not plausible in fewer."""
 REASONS: tuple[Invalid, ...] = tuple(Invalid)
@@ -69,6 +72,14 @@ class Solved:
     def there(self) -> NDArray[np.bool_]:
         """Where there is a solution."""
         return np.isfinite(self.z[:, 0])
+
+    def rows(self, rows: NDArray[Any]) -> "Solved":
+        """Return some of them."""
+        return Solved(self.z[rows], self.rates[rows], self.isolation[rows])
+
+    def put(self, rows: NDArray[Any], found: "Solved") -> None:
+        """Write some of them that there were not yet."""
+        self.z[rows], self.rates[rows], self.isolation[rows] = found.z, found.rates, found.isolation
 
 
 class Batch:
@@ -209,24 +220,38 @@ class Batch:
         z[lost] = np.nan
         return Solved(z, rates, isolation)
 
+    def nowhere(self, count: int) -> Solved:
+        """Return room for so many solutions, none of which is there."""
+        n, d = self.problem.size, len(self.box.names)
+        return Solved(np.full((count, n), np.nan), np.full((count, d, n), np.nan), np.full(count, np.nan))
+
     def first(self, place: Floats) -> Solved:
-        """Return the gait itself, followed to a place in steps of a tenth of the box."""
-        at, here = self.solved(self.here[None], self.problem.z_of(self.gait)[None]), self.here
-        steps = max(1, math.ceil(10.0 * float(np.max(np.abs(place - self.here)))))
-        for step in range(1, steps + 1):
-            there = self.here + (place - self.here) * step / steps
-            at, here = self.advanced(at, here[None], there[None]), there
+        """Return the gait itself, followed to a place: straight, or else one coordinate after the other."""
+        size = len(place)
+        for order in ((), tuple(range(size)), tuple(reversed(range(size)))) if size > 1 else ((),):
+            corners = [np.where(np.isin(np.arange(size), order[: n + 1]), place, self.here) for n in range(len(order))]
+            at, here = self.solved(self.here[None], self.problem.z_of(self.gait)[None]), self.here
+            for corner in corners or [place]:
+                start, steps = here, max(1, math.ceil(STEPS * float(np.max(np.abs(corner - here)))))
+                for step in range(1, steps + 1):
+                    there = start + (corner - start) * step / steps
+                    at, here = self.advanced(at, here[None], there[None]), there
+                    if not at.there[0]:
+                        break
+                if not at.there[0]:
+                    break
+            if at.there[0]:
+                break
         return at
 
     def advanced(self, known: Solved, here: Floats, there: Floats) -> Solved:
         """Continue solutions from places to others, ``(N, D)``, in parts where one step is not plausible."""
-        z, rates = np.full_like(known.z, np.nan), np.full_like(known.rates, np.nan)
-        isolation = np.full_like(known.isolation, np.nan)
+        out = self.nowhere(len(known.z))
         todo = np.flatnonzero(known.there)
         for parts in PARTS:
             if not len(todo):
                 break
-            at = Solved(known.z[todo], known.rates[todo], known.isolation[todo])
+            at = known.rows(todo)
             going, places = np.arange(len(todo)), here[todo].copy()
             for part in range(1, parts + 1):
                 goal = here[todo[going]] + (there[todo[going]] - here[todo[going]]) * part / parts
@@ -237,10 +262,10 @@ class Batch:
                 fine = found.there & (off <= np.maximum(LARGEST_CORRECTION * size, SMALLEST_CORRECTION))
                 places[going[fine]] = goal[fine]
                 going = going[fine]
-                at = Solved(found.z[fine], found.rates[fine], found.isolation[fine])
-            z[todo[going]], rates[todo[going]], isolation[todo[going]] = at.z, at.rates, at.isolation
+                at = found.rows(fine)
+            out.put(todo[going], at)
             todo = np.delete(todo, going)
-        return Solved(z, rates, isolation)
+        return out
 
     # Measures --------------------------------------------------------------------------------------------------
 

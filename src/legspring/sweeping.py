@@ -16,9 +16,11 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
@@ -58,6 +60,8 @@ FEWEST, BLOCKS = 512, 16
 """Points from which on a block is worth its while; blocks that there are to be at least, if so."""
 NEIGHBOURS = 2
 """Points around one that it is reached from, for each dimension and side."""
+MOST_SEEDS = 27
+"""Places of a block, beside the nearest, to which a gait is followed straight if they are not reached otherwise."""
 SAME = 1e-6
 """Difference of unknowns of two gaits that are one."""
 NO_GAIT, NO_FURTHER, DOUBLE = -3, -4, -5
@@ -525,8 +529,7 @@ def follow_to(
     rows = np.flatnonzero(found.there)
     if not len(rows):
         return
-    some = Solved(found.z[rows], found.rates[rows], found.isolation[rows])
-    seen = batch.measured(places[rows], some)
+    seen = batch.measured(places[rows], found.rows(rows))
     outcome = seen.outcomes.copy()
     out["outcome"][rows, number] = outcome
     good = outcome == GAIT
@@ -605,36 +608,68 @@ def mark_doubles(out: dict[str, np.ndarray], number: int) -> None:
 
 
 def reached(batch: Batch, places: Floats, shape: tuple[int, ...] | None) -> Solved:
-    """Follow a gait to all places of a block that can be reached: from neighbour to neighbour, all at once."""
-    count, n = len(places), batch.problem.size
-    z, rates = np.full((count, n), np.nan), np.full((count, places.shape[1], n), np.nan)
-    isolation, around = np.full(count, np.nan), neighbours_of(places, shape)
-    order = np.argsort(np.max(np.abs(places - batch.here), axis=1), kind="stable")
-    seeds = [int(order[0]), int(order[-1]), *np.linspace(0, count - 1, 5).astype(int).tolist()]
-    for seed in dict.fromkeys(seeds):
-        if np.isfinite(z[seed, 0]):
+    """Follow a gait to all places of a block that can be reached, many at once.
+
+    From a first place to some that are far apart, from these to those in between, and so on; last from neighbour to
+    neighbour, around what cannot be reached straight.
+    """
+    count = len(places)
+    known = batch.nowhere(count)
+    for seed in seeds_of(places, batch.here):
+        if known.there[seed]:
             continue
         first = batch.first(places[seed])
         if not first.there[0]:
             continue
-        z[seed], rates[seed], isolation[seed] = first.z[0], first.rates[0], first.isolation[0]
-        fresh, refused = np.array([seed]), np.zeros(count, dtype=bool)
-        while len(fresh):
-            pairs = np.array([(one, other) for one in fresh.tolist() for other in around[one] if np.isnan(z[other, 0])])
-            if not len(pairs):
-                break
-            # Of several ways to a place, the first is taken; another one may be tried in the next round.
-            _, kept = np.unique(pairs[:, 1], return_index=True)
-            pairs = pairs[np.sort(kept)]
-            ways = Solved(z[pairs[:, 0]], rates[pairs[:, 0]], isolation[pairs[:, 0]])
-            found = batch.advanced(ways, places[pairs[:, 0]], places[pairs[:, 1]])
-            rows = pairs[found.there, 1]
-            z[rows], rates[rows], isolation[rows] = (
-                array[found.there] for array in (found.z, found.rates, found.isolation)
-            )
-            refused[pairs[~found.there, 1]] = True
-            fresh = rows
-    return Solved(z, rates, isolation)
+        known.put(np.array([seed]), first)
+        for rows in levels_of(places, shape, seed):
+            todo = rows[~known.there[rows]]
+            if len(todo):
+                begun = np.flatnonzero(known.there)
+                near = begun[np.asarray(cKDTree(places[begun]).query(places[todo])[1])]
+                known.put(todo, batch.advanced(known.rows(near), places[near], places[todo]))
+        spread_out(batch, places, neighbours_of(places, shape), known)
+    return known
+
+
+def seeds_of(places: Floats, here: Floats) -> list[int]:
+    """Return places to which a gait is followed straight: the nearest one, and those at corners, edges and middle."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    shares = [spot for spot in product((0.0, 0.5, 1.0), repeat=places.shape[1])][:MOST_SEEDS]
+    aims = [here, *(low + np.array(spot) * (high - low) for spot in shares)]
+    width = np.where(high > low, high - low, 1.0)
+    return list(dict.fromkeys(int(np.argmin(np.max(np.abs(places - aim) / width, axis=1))) for aim in aims))
+
+
+def levels_of(places: Floats, shape: tuple[int, ...] | None, seed: int) -> list[NDArray[np.intp]]:
+    """Return places in groups, each of which lies between those of the groups before; without the seed."""
+    count = len(places)
+    if shape is None:
+        others = np.random.default_rng(0).permutation(np.delete(np.arange(count), seed))
+        ends = [4**n for n in range(1, 16) if 4**n < count]
+        return np.split(others, ends)
+    index = np.array(np.unravel_index(np.arange(count), shape))
+    off, found, taken = index - index[:, seed, None], list[NDArray[np.intp]](), np.arange(count) == seed
+    for power in range(max(shape).bit_length(), -1, -1):
+        rows = np.flatnonzero(np.all(off % 2**power == 0, axis=0) & ~taken)
+        taken[rows] = True
+        found.append(rows)
+    return found
+
+
+def spread_out(batch: Batch, places: Floats, around: Sequence[Sequence[int]], known: Solved) -> None:
+    """Go on from all that is known to the places beside, until nothing new is reached."""
+    fresh = np.flatnonzero(known.there)
+    while len(fresh):
+        pairs = np.array([(one, two) for one in fresh.tolist() for two in around[one] if not known.there[two]])
+        if not len(pairs):
+            return
+        # Of several ways to a place, the first is taken; another one may be tried in the next round.
+        _, kept = np.unique(pairs[:, 1], return_index=True)
+        here, there = pairs[np.sort(kept)].T
+        found = batch.advanced(known.rows(here), places[here], places[there])
+        known.put(there, found)
+        fresh = there[found.there]
 
 
 def neighbours_of(places: Floats, shape: tuple[int, ...] | None) -> list[list[int]]:

@@ -77,7 +77,9 @@ def sobol_indices(dataset: "xr.Dataset", name: str, *, branch: int = 0, seed: in
     found = of_values(
         func={"f_A": first[None], "f_B": second[None], "f_AB": np.array(mixed)[:, None]}, n=count, rng=luck
     )
-    spread = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
+    # What does not vary at all has no interval.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
     variables = {}
     for kind, words in (("first_order", "by itself"), ("total_order", "together with others")):
         interval = getattr(spread, kind).confidence_interval
