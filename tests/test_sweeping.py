@@ -82,6 +82,18 @@ def test_what_is_not_reached_is_beyond_a_fold(roach: Animal, climbing: list[Gait
         assert 0.0 <= min(ends) - last <= 0.0201 or outcome[-1] == GAIT
 
 
+def test_a_gait_does_not_jump_to_another(roach: Animal, climbing: list[Gait], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beyond the line of folds where one branch ends lies the other one, near enough to land on."""
+    over = {"slope_deg": np.linspace(40.0, 50.0, 21), "mass": np.linspace(2e-3, 3e-3, 11)}
+    whole = ls.sweep(roach, over, gaits=climbing)
+    monkeypatch.setattr(sweeping, "FOLLOWED", 8)
+    monkeypatch.setattr(sweeping, "FEWEST", 1)
+    parts = ls.sweep(roach, over, gaits=climbing)
+    for found in (whole, parts):
+        assert set(np.unique(found["outcome"])) == {GAIT, NOT_REACHED}
+    assert np.mean(whole["outcome"].values != parts["outcome"].values) < 0.01
+
+
 def test_gaits_whose_conditions_are_not_plain() -> None:
     animal = ls.load_animal("injured_cockroach")
     gait = ls.find_gaits(animal, slope_deg=30, heading=0.0 if animal.tuned else None)[0]

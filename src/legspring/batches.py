@@ -36,6 +36,8 @@ LARGEST_CORRECTION, SMALLEST_CORRECTION = 0.2, 2e-3
 """Correction of the unknowns that is plausible: by the length of the step, and at any rate."""
 OF_RATES = 1e-9
 """Accuracy of the rates at which solutions move with places."""
+LEAST_COSINE = 0.9
+"""Of the angle between the directions in which solutions go at both ends of a step: on another sheet it is another."""
 STEPS = 10
 """Steps in which a gait is followed through the whole of a range."""
 PARTS = (1, 4, 16)
@@ -255,11 +257,13 @@ class Batch:
             going, places = np.arange(len(todo)), here[todo].copy()
             for part in range(1, parts + 1):
                 goal = here[todo[going]] + (there[todo[going]] - here[todo[going]]) * part / parts
-                move = np.einsum("ndk,nd->nk", at.rates, goal - places[going])
+                way = goal - places[going]
+                move = np.einsum("ndk,nd->nk", at.rates, way)
                 found = self.solved(goal, at.z + move)
                 off = np.max(np.abs(self.problem.wrapped(found.z - at.z - move)), axis=1, initial=0.0)
                 size = np.max(np.abs(move), axis=1, initial=0.0)
                 fine = found.there & (off <= np.maximum(LARGEST_CORRECTION * size, SMALLEST_CORRECTION))
+                fine &= cosines(at.rates, found.rates, way) > LEAST_COSINE
                 places[going[fine]] = goal[fine]
                 going = going[fine]
                 at = found.rows(fine)
@@ -403,6 +407,15 @@ MEASURES: dict[str, Callable[[Measured], Floats]] = {
     "transport_cost": Measured.cost,
 }
 """Measures that are known of many gaits at once; others are those of each `Gait`."""
+
+
+def cosines(one: Floats, other: Floats, way: Floats) -> Floats:
+    """Return how alike the directions are, ``(N,)``, in which solutions go along a way at its beginning and its end."""
+    length = np.linalg.norm(way, axis=1, keepdims=True)
+    along = way / np.where(length > 0.0, length, 1.0)
+    first, second = (np.einsum("ndk,nd->nk", rates, along) for rates in (one, other))
+    sizes = np.sqrt((1.0 + np.sum(first**2, axis=1)) * (1.0 + np.sum(second**2, axis=1)))
+    return (1.0 + np.sum(first * second, axis=1)) / sizes
 
 
 def gait_of(batch: Batch, place: Floats, p: Floats) -> Gait:

@@ -1,6 +1,7 @@
 """What a measure varies with: Sobol indices of a sweep."""
 
 import math
+import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -78,7 +79,8 @@ def sobol_indices(dataset: "xr.Dataset", name: str, *, branch: int = 0, seed: in
         func={"f_A": first[None], "f_B": second[None], "f_AB": np.array(mixed)[:, None]}, n=count, rng=luck
     )
     # What does not vary at all has no interval.
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         spread = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
     variables = {}
     for kind, words in (("first_order", "by itself"), ("total_order", "together with others")):

@@ -35,6 +35,19 @@ COMMANDS = {
         "maps",
     ],
     "optimize": ["optimize", "cockroach", *HERE],
+    "sweep": [
+        *(
+            "sweep",
+            "cockroach",
+            *HERE,
+            "--follow",
+            "--over",
+            "slope_deg=40:50:0.1",
+            "--over",
+            "mass=0.002:0.003:0.0001",
+        ),
+        *("--store", "runs.zarr", "--out", "sweep.nc"),
+    ],
     "reproduce": ["reproduce", "--out", "thesis", "--only", "2.2,4.1", "--workers", "2"],
 }
 LONGEST = {"presets": 6.0, "atlas": 9.0, "optimize": 6.0, "reproduce": 12.0}
