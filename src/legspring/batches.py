@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.candidates import Box
+from legspring.candidates import LARGEST_GAP, SMALLEST_GAP, Box
 from legspring.flow import Simulator
 from legspring.footing import Feet, Traits, departs, wrongs
 from legspring.gait import LEAST_ISOLATION, Gait, Invalid
@@ -32,14 +32,10 @@ SAME = 1e-12
 """Difference of parameters, by their sizes, that is none."""
 PROBES, SEED = 8, 0
 """Places at which it is checked that parameters are what they are taken for."""
-LARGEST_CORRECTION, SMALLEST_CORRECTION = 0.2, 2e-3
-"""Correction of the unknowns that is plausible: by the length of the step, and at any rate."""
-OF_RATES = 1e-9
-"""Accuracy of the rates at which solutions move with places."""
-LEAST_COSINE = 0.9
-"""Of the angle between the directions in which solutions go at both ends of a step: on another sheet it is another."""
 STEPS = 10
 """Steps in which a gait is followed through the whole of a range."""
+OF_RATES = 1e-9
+"""Accuracy of the rates at which solutions move with places."""
 PARTS = (1, 4, 16)
 """In how many parts a step from a known gait to another place is made where it is not plausible in fewer."""
 REASONS: tuple[Invalid, ...] = tuple(Invalid)
@@ -162,7 +158,11 @@ class Batch:
     def is_exact(self) -> bool:
         """Whether parameters are what they are taken for, as a few places at random tell."""
         rng = np.random.default_rng(SEED)
-        places = rng.random((PROBES, len(self.box.names)))
+        places = rng.random((PROBES * max(1, len(self._pieces)), len(self.box.names)))
+        if self._bent is not None:
+            # Some in each piece, however narrow.
+            ends = np.repeat([(piece.low, piece.high) for piece in self._pieces], PROBES, axis=0)
+            places[:, self._bent] = ends[:, 0] + places[:, self._bent] * (ends[:, 1] - ends[:, 0])
         known = np.array([self.box.problem(self.gait, place).base for place in places])
         finite = np.isfinite(self._origin)
         off = np.abs(self._quick(places)[:, finite] - known[:, finite])
@@ -172,7 +172,8 @@ class Batch:
         """Return all parameters where the unknowns are zero, ``(N, n)``, at places ``(N, D)``."""
         if self.is_exact:
             return self._quick(places)
-        return np.array([self.box.problem(self.gait, place).base for place in places])
+        some = [self.box.problem(self.gait, place).base for place in places]
+        return np.array(some).reshape(len(places), len(self._origin))
 
     def _quick(self, places: Floats) -> Floats:
         base = self._origin + (places - 0.5) @ self._along
@@ -181,13 +182,15 @@ class Batch:
         share, edges = places[:, self._bent], [piece.high for piece in self._pieces[:-1]]
         which = np.searchsorted(edges, share, side="left")
         size = len(self._origin)
+        finite = np.isfinite(self._origin)
         for n, piece in enumerate(self._pieces):
             rows, own = np.flatnonzero(which == n), piece.moving < size
             half = 0.5 * (piece.high - piece.low)
             powers = np.vander((share[rows] - piece.low) / half - 1.0, len(piece.factors), increasing=True)
-            columns, there = piece.moving[own], np.broadcast_to(piece.fixed[:size], (len(rows), size)).copy()
-            there[:, columns] = powers @ piece.factors[:, own]
-            base[np.ix_(rows, columns)] += there[:, columns] - self._origin[columns]
+            there = np.broadcast_to(piece.fixed[:size], (len(rows), size)).copy()
+            there[:, piece.moving[own]] = powers @ piece.factors[:, own]
+            # What moves in one piece may stand still in another.
+            base[np.ix_(rows, finite)] += there[:, finite] - self._origin[finite]
         return base
 
     def directions(self, place: Floats) -> Floats:
@@ -256,14 +259,17 @@ class Batch:
             at = known.rows(todo)
             going, places = np.arange(len(todo)), here[todo].copy()
             for part in range(1, parts + 1):
+                if not len(going):
+                    break
                 goal = here[todo[going]] + (there[todo[going]] - here[todo[going]]) * part / parts
                 way = goal - places[going]
                 move = np.einsum("ndk,nd->nk", at.rates, way)
                 found = self.solved(goal, at.z + move)
-                off = np.max(np.abs(self.problem.wrapped(found.z - at.z - move)), axis=1, initial=0.0)
-                size = np.max(np.abs(move), axis=1, initial=0.0)
-                fine = found.there & (off <= np.maximum(LARGEST_CORRECTION * size, SMALLEST_CORRECTION))
-                fine &= cosines(at.rates, found.rates, way) > LEAST_COSINE
+                gone = self.problem.wrapped(found.z - at.z)
+                mean = 0.5 * (move + np.einsum("ndk,nd->nk", found.rates, way))
+                size = np.max(np.abs(np.stack([gone, move])), axis=(0, 2), initial=0.0)
+                off = np.max(np.abs(gone - mean), axis=1, initial=0.0)
+                fine = found.there & (off <= LARGEST_GAP * size + SMALLEST_GAP)
                 places[going[fine]] = goal[fine]
                 going = going[fine]
                 at = found.rows(fine)
@@ -407,15 +413,6 @@ MEASURES: dict[str, Callable[[Measured], Floats]] = {
     "transport_cost": Measured.cost,
 }
 """Measures that are known of many gaits at once; others are those of each `Gait`."""
-
-
-def cosines(one: Floats, other: Floats, way: Floats) -> Floats:
-    """Return how alike the directions are, ``(N,)``, in which solutions go along a way at its beginning and its end."""
-    length = np.linalg.norm(way, axis=1, keepdims=True)
-    along = way / np.where(length > 0.0, length, 1.0)
-    first, second = (np.einsum("ndk,nd->nk", rates, along) for rates in (one, other))
-    sizes = np.sqrt((1.0 + np.sum(first**2, axis=1)) * (1.0 + np.sum(second**2, axis=1)))
-    return (1.0 + np.sum(first * second, axis=1)) / sizes
 
 
 def gait_of(batch: Batch, place: Floats, p: Floats) -> Gait:

@@ -27,6 +27,9 @@ LONGEST_MOVE = 0.1
 """Change of a parameter, by its range, over which a gait is followed at once."""
 SHORTEST_MOVE = 0.01
 """The same where it is lost otherwise."""
+LARGEST_GAP, SMALLEST_GAP = 0.05, 1e-9
+"""Difference between a step and what the rates at both its ends say of it that is plausible, by the step's size; and at
+any rate. On a smooth sheet it is small of third order; another sheet is as far off as it is."""
 DIFFERENCE = 1e-4
 """Step of the derivatives, by the range."""
 Bounds = Mapping[str | Callable[[Gait], float], tuple[float | None, float | None]]
@@ -197,14 +200,17 @@ class Judge:
             return Trial(place, start)
         return self.judged(place, start, gait)
 
-    def followed(self, trial: Trial, place: Floats) -> Gait | None:
-        """Return the gait at another place, in steps if it is far; None if it is lost."""
+    def followed(self, trial: Trial, place: Floats, *, strict: bool = False) -> Gait | None:
+        """Return the gait at another place, in steps if it is far; None if it is lost.
+
+        ``strict``: only a step that agrees with the rates at both its ends, so that no other branch is landed on.
+        """
         here, gait = trial.place, trial.gait
         move = LONGEST_MOVE
         while gait is not None and np.any(here != place):
             far = float(np.max(np.abs(place - here)))
             there = place if far <= move else here + (place - here) * move / far
-            found = self.near(gait, there)
+            found = self.along(gait, there, there - here) if strict else self.near(gait, there)
             if found is not None:
                 here, gait, move = there, found, min(2.0 * move, LONGEST_MOVE)
             elif min(move, far) > SHORTEST_MOVE:
@@ -220,6 +226,26 @@ class Judge:
             return gait_near(problem, problem.z_of(gait))
         except (ModelError, ValueError, IntegrationError, np.linalg.LinAlgError):
             return None
+
+    def along(self, gait: Gait, place: Floats, way: Floats) -> Gait | None:
+        """Return the gait of the same branch at another place: one that the rates at both ends of the step agree on."""
+        change = way * (self.box.high - self.box.low)
+        try:
+            assert isinstance(gait.origin, Origin)
+            before = gait.origin.rates(gait, self.box.names).T @ change
+            problem = self.box.problem(gait, place)
+            places = [problem.places[name] for name in problem.unknowns]
+            found = gait_near(problem, (gait.point + before)[places] / problem.units)
+            if found is None or not isinstance(found.origin, Origin):
+                return None
+            after = found.origin.rates(found, self.box.names).T @ change
+        except (ModelError, ValueError, IntegrationError, np.linalg.LinAlgError):
+            return None
+        steps = [found.point[places] - gait.point[places], before[places], after[places]]
+        gone, first, second = (step / problem.units for step in steps)
+        size = float(np.max(np.abs([gone, first, second]), initial=0.0))
+        off = float(np.max(np.abs(gone - 0.5 * (first + second)), initial=0.0))
+        return found if off <= LARGEST_GAP * size + SMALLEST_GAP else None
 
     def judged(self, place: Floats, start: int, gait: Gait) -> Trial:
         """Judge a gait."""

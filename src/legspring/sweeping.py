@@ -564,7 +564,7 @@ def follow_alone(
         trial, row = ways.pop(0)
         if row in known:
             continue
-        gait = judge.followed(trial, places[row])
+        gait = judge.followed(trial, places[row], strict=True)
         if gait is None:
             continue
         known[row] = Trial(places[row], 0, gait)
