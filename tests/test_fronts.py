@@ -227,6 +227,11 @@ def test_fronts_of_points() -> None:
         (RANGES, {"evaluations": -1}, "evaluations = -1"),
         (RANGES, {"constraints": "none"}, "constraints = 'none'"),
         (RANGES, {"minimize": [left, right], "store": "kept"}, "store = 'kept': must be left out"),
+        (RANGES, {"bounds": {left: (None, 1.0)}, "store": "kept"}, "store = 'kept': must be left out"),
+        (RANGES, {"minimize": None}, "must be two criteria or more"),
+        (RANGES, {"minimize": 3}, "must be names of measures"),
+        (RANGES, {"minimize": [left, lambda _: None]}, "must return a number, and returns None"),
+        ({"F.stiffness": "12"}, {}, "must be a range, two rising numbers"),
     ],
 )
 def test_what_is_refused(level: Gait, over: Any, asked: dict[str, Any], words: str) -> None:
@@ -238,3 +243,12 @@ def test_what_is_refused(level: Gait, over: Any, asked: dict[str, Any], words: s
 def test_no_gait_to_begin_with() -> None:
     with pytest.raises(ValueError, match="gaits"):
         ls.pareto([], RANGES, minimize=["stability", "transport_cost"])
+
+
+def test_functions_of_one_name_are_two_criteria(level: Gait) -> None:
+    some = [lambda gait: left(gait), lambda gait: right(gait)]
+    front = ls.pareto(level, {"F.stiffness": (1.0, 2.0)}, minimize=some, evaluations=0, points=4)
+    assert [one.name for one in front.criteria] == ["<lambda>", "<lambda> 2"] and len(front.gaits) > 1
+    slip = ls.find_gaits(ls.load_animal("spring_loaded_inverted_pendulum"))[0]
+    with pytest.raises(ValueError, match="must be of one animal"):
+        ls.pareto([level, slip], {"mass": (1e-3, 90.0)}, minimize=["speed", "friction"])

@@ -94,6 +94,41 @@ def test_a_gait_does_not_jump_to_another(roach: Animal, climbing: list[Gait], mo
     assert np.mean(whole["outcome"].values != parts["outcome"].values) < 0.01
 
 
+def test_a_gait_goes_on_where_another_crosses() -> None:
+    """Two families of the walker cross; each is a gait with a number of its own on both sides."""
+    walker = ls.load_animal("walker")
+    gaits = ls.find_gaits(walker, energy=820)
+    found = ls.sweep(walker, {"angle": [-2.8306, -2.8167, -2.8028, -2.7889]}, gaits=gaits)
+    for gait in gaits:
+        curve = ls.follow(gait, "angle", within=(-2.84, -2.77)).to_dataset()
+        order = np.argsort(curve["angle"].values)
+        for n, angle in enumerate(found["angle"].values):
+            one = found.isel(angle=n, branch=gait.branch)
+            if one["outcome"] == GAIT:
+                speed = np.interp(angle, curve["angle"].values[order], curve["speed"].values[order])
+                assert one["speed"].item() == pytest.approx(speed, abs=2e-3)
+    assert np.sum(found["outcome"] == GAIT) >= 6
+
+
+def test_laws_with_a_kink(roach: Animal) -> None:
+    """However little of a range lies beyond it."""
+    gaits = ls.find_gaits(roach, slope_deg=5, heading=0.15)
+    for values in ([-0.2, 5.0, 10.0], [-10.0, -5.0, 0.0, 5.0, 20.0]):
+        found = ls.sweep(roach, {"slope_deg": values}, gaits=gaits)
+        for slope_deg in values:
+            one = found.sel(slope_deg=slope_deg, branch=0)
+            if one["outcome"] == GAIT:
+                speeds = [gait.speed for gait in ls.find_gaits(roach, slope_deg=slope_deg, heading=0.15)]
+                assert min(abs(speed - one["speed"].item()) for speed in speeds) < 1e-8
+        assert np.sum(found["outcome"] == GAIT) >= 3
+
+
+def test_the_same_gait_twice_counts_once(roach: Animal, climbing: list[Gait]) -> None:
+    found = ls.sweep(roach, {"slope_deg": [44.0, 45.0]}, gaits=[climbing[0], climbing[0]], measures=["speed"])
+    assert found["outcome"].values.tolist() == [[GAIT, sweeping.DOUBLE]] * 2
+    assert np.isnan(found["speed"].values[:, 1]).all() and np.isfinite(found["speed"].values[:, 0]).all()
+
+
 def test_gaits_whose_conditions_are_not_plain() -> None:
     animal = ls.load_animal("injured_cockroach")
     gait = ls.find_gaits(animal, slope_deg=30, heading=0.0 if animal.tuned else None)[0]
@@ -158,7 +193,8 @@ def test_sobol_indices_that_are_known() -> None:
     assert x.shape == (4096 * 5, 3)
     values = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
     coords = {f"x{n}": ("point", column) for n, column in enumerate(x.T)} | {"branch": [0]}
-    made = xr.Dataset({"cost": (("point", "branch"), values[:, None])}, coords, {"sampling": "saltelli"})
+    about = {"sampling": "saltelli", "samples": 4096}
+    made = xr.Dataset({"cost": (("point", "branch"), values[:, None])}, coords, about)
     shares = ls.sobol_indices(made, "cost")
     b, a = 0.1, 7.0
     v1, v2, v13 = 0.5 * (1 + b * np.pi**4 / 5) ** 2, a**2 / 8, b**2 * np.pi**8 * (1 / 18 - 1 / 50)
@@ -175,6 +211,8 @@ def test_sobol_indices_that_are_known() -> None:
             ls.sobol_indices(made, name, branch=branch)
     with pytest.raises(ValueError, match=r"must be of legspring\.sweep"):
         ls.sobol_indices(xr.Dataset(), "cost")
+    with pytest.raises(ValueError, match="must have all of those"):
+        ls.sobol_indices(made.isel(point=slice(0, 4096)), "cost")
     made["cost"][: 4096 - 4] = np.nan
     with pytest.raises(ValueError, match="must be at 8 or more"):
         ls.sobol_indices(made, "cost")
@@ -205,9 +243,11 @@ def test_pictures(roach: Animal, climbing: list[Gait], found: xr.Dataset) -> Non
         ("phase", {}, "leg is missing: must be one of F, M, B"),
         ("speed", {"x": "wings"}, "must be of slope_deg, F.stiffness"),
         ("speed", {"leg": "F"}, "must be a dimension of speed"),
+        ("speed", {"branch": 9}, "branch = 9: must be one of 0, 1"),
+        ("speed", {"x": "slope_deg", "y": "slope_deg"}, "must be two axes"),
     ):
         with pytest.raises(ValueError, match=words):
-            draw_sweep(found, name, **places)  # type: ignore[arg-type]
+            draw_sweep(found, name, **places)
 
 
 # What is kept ----------------------------------------------------------------------------------------------------
@@ -225,10 +265,13 @@ def test_a_store_holds_the_same(
 ) -> None:
     kept = ls.sweep(roach, GRID, gaits=climbing, store=tmp_path / "runs.zarr", workers=2)
     alone = ls.sweep(roach, GRID, gaits=climbing, workers=1)
+    both = (kept["outcome"].values == GAIT) & (found["outcome"].values == GAIT)
+    assert both.mean() > 0.6 and np.mean(kept["outcome"].values == found["outcome"].values) > 0.95
     for name in found.data_vars:
         assert np.array_equal(kept[name].values, alone[name].values, equal_nan=True), name
-        # Blocks are reached on other ways.
-        assert kept[name].values == pytest.approx(found[name].values, rel=1e-7, abs=1e-7, nan_ok=True), name
+        # Blocks are reached on other ways, on which a gait next to a fold may not be.
+        one, other = kept[name].values[both], found[name].values[both]
+        assert one == pytest.approx(other, rel=1e-7, abs=1e-7, nan_ok=True), name
     assert kept.attrs["animal"] == "cockroach" and kept["speed"].attrs["units"] == "m/s"
     done, count = finished(tmp_path / "runs.zarr")
     assert done == count > 5
@@ -301,6 +344,38 @@ def test_values_may_be_added(roach: Animal, climbing: list[Gait], tmp_path: Path
             ls.sweep(roach, over, gaits=climbing, store=path)
 
 
+def test_other_points_are_not_taken_for_these(roach: Animal, climbing: list[Gait], tmp_path: Path) -> None:
+    ranges, asked = {"slope_deg": (40.0, 50.0)}, {"samples": 8, "sampling": "random", "gaits": climbing[:1]}
+    ls.sweep(roach, ranges, seed=0, store=tmp_path / "a.zarr", **asked)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="has other values of slope_deg"):
+        ls.sweep(roach, ranges, seed=1, store=tmp_path / "a.zarr", **asked)  # type: ignore[arg-type]
+    more = ls.sweep(roach, ranges, seed=0, store=tmp_path / "a.zarr", **asked | {"samples": 12})  # type: ignore[arg-type]
+    fresh = ls.sweep(roach, ranges, seed=0, **asked | {"samples": 12})  # type: ignore[arg-type]
+    assert more["speed"].values == pytest.approx(fresh["speed"].values, rel=1e-9)
+    assert np.array_equal(more["slope_deg"].values, fresh["slope_deg"].values)
+
+
+def test_killed_while_it_grows(
+    roach: Animal, climbing: list[Gait], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, asked = tmp_path / "runs.zarr", {"gaits": climbing[:1], "store": tmp_path / "runs.zarr"}
+    ls.sweep(roach, {"slope_deg": [40.0, 42.0]}, **asked)  # type: ignore[arg-type]
+    for name in ("write_coordinate", "make_array", "with_blocks_of", "shutil.rmtree"):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"legspring.stores.{name}", _interrupted)
+            with pytest.raises(KeyboardInterrupt):
+                ls.sweep(roach, {"slope_deg": [40.0, 42.0, 44.0]}, **asked)  # type: ignore[arg-type]
+        assert open_sweep(path).load().sizes["slope_deg"] in (2, 3)
+    # Killed between the two moves.
+    path.rename(tmp_path / ".runs.zarr.before")
+    whole = ls.sweep(roach, {"slope_deg": [40.0, 42.0, 44.0]}, **asked)  # type: ignore[arg-type]
+    assert int((whole["outcome"] == GAIT).sum()) == 3 and finished(path)[0] == finished(path)[1]
+
+
+def _interrupted(*_: Any, **__: Any) -> None:
+    raise KeyboardInterrupt
+
+
 def test_stores_that_are_refused(
     roach: Animal, climbing: list[Gait], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -315,6 +390,8 @@ def test_stores_that_are_refused(
 
     refused("of which gaits is different", gaits=climbing[:1])
     refused("of which measures is different", measures=["speed"])
+    (tmp_path / "note").write_text("mine")
+    refused("must be a folder, and is a file", store=tmp_path / "note")
     refused("must exist", store=tmp_path / "nowhere" / "runs.zarr")
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "file").write_text("mine")
@@ -418,10 +495,18 @@ def test_on_a_cluster(roach: Animal, climbing: list[Gait], small_blocks: None, t
         ({"F.phase": [0.0, 0.1]}, {}, "must be no parameter that was free"),
         ({"F.stiffness": [-1.0, 1.0]}, {}, "must be within 0 and inf"),
         ({"slope_deg": [40.0, 50.0]}, {"workers": 0}, "workers = 0"),
+        ({"slope_deg": ["45"]}, {}, "must be finite numbers"),
+        ({"slope_deg": [True]}, {}, "must be finite numbers"),
+        ({"slope_deg": [45.0]}, {"gaits": 5}, "gaits = 5: must be a gait, or several"),
         ({"slope_deg": [40.0, 50.0]}, {"cluster": "nowhere"}, "cluster = 'nowhere'"),
     ],
 )
 def test_what_is_refused(roach: Animal, climbing: list[Gait], over: Any, asked: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError) as refused:
-        ls.sweep(roach, over, gaits=climbing, **asked)
+        ls.sweep(roach, over, **{"gaits": climbing} | asked)
     assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+def test_gaits_of_another_animal(roach: Animal, climbing: list[Gait]) -> None:
+    with pytest.raises(ValueError, match="must be the one whose gaits are followed"):
+        ls.sweep(roach.replace(mass=3e-3), {"slope_deg": [45.0]}, gaits=climbing)

@@ -90,10 +90,15 @@ def box_of(gaits: Sequence[Gait], over: Mapping[str, tuple[float, float]]) -> Bo
     """
     if not isinstance(over, Mapping) or not over:
         raise ValueError(f"over = {shown(over)}: must map parameters to ranges, as in {{'F.stiffness': (1.0, 2.0)}}")
+    bodies = [(gait.animal.body.yaw, gait.animal.sagittal, *(leg.name for leg in gait.animal.legs)) for gait in gaits]
+    if len(set(bodies)) > 1:
+        raise ValueError(f"gaits: must be of one animal, and not of {', '.join({g.animal.name: 0 for g in gaits})}")
     low, high, names = list[float](), list[float](), list[str]()
     for name, limits in over.items():
         key = f"over[{shown(name)}]"
         try:
+            if isinstance(limits, str):
+                raise TypeError
             least, most = (float(one) for one in limits)
         except (TypeError, ValueError):
             raise ValueError(f"{key} = {shown(limits)}: must be a range, two rising numbers") from None

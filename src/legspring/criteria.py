@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -67,9 +68,23 @@ def push(gait: Gait) -> float:
 
 def roughness(gait: Gait) -> float:
     """Return the noise of the slope, a standard deviation in deg, that half of the runs survive; 0 if there is none."""
-    found = rough(gait, {"slope_deg": 1.0}, runs=RUNS, strides=STRIDES, scales=SCALES, workers=1)
-    largest = float(found.attrs["largest_scale"])
-    return largest if math.isfinite(largest) else 0.0
+    survived = 0.0
+    for scale in SCALES:
+        found = rough(gait, {"slope_deg": 1.0}, runs=RUNS, strides=STRIDES, scales=[scale], workers=1)
+        if not math.isfinite(float(found.attrs["largest_scale"])):
+            break
+        survived = scale
+    return survived
+
+
+def one_number(function: Callable[[Gait], Any], gait: Gait) -> float:
+    """Return what a function of a gait that somebody gave returns; raise ValueError if that is no number."""
+    value = function(gait)
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        name = getattr(function, "__name__", "function")
+        raise ValueError(f"criterion = {name}: must return a number, and returns {shown(value)}") from None
 
 
 OTHERS = {
@@ -98,7 +113,7 @@ def criterion(what: str | Callable[[Gait], float]) -> Criterion:
         For a name that is none.
     """
     if callable(what):
-        return Criterion(str(getattr(what, "__name__", "function")), "1", GIVEN, what)
+        return Criterion(str(getattr(what, "__name__", "function")), "1", GIVEN, partial(one_number, what))
     if isinstance(what, str) and what in OTHERS:
         return OTHERS[what]
     if not isinstance(what, str) or what not in MEASURED:
@@ -113,10 +128,18 @@ def criterion(what: str | Callable[[Gait], float]) -> Criterion:
     return Criterion(what, measure.unit, words, value)
 
 
-def criteria(names: Sequence[str | Callable[[Gait], float]]) -> tuple[Criterion, ...]:
+def criteria(
+    names: Sequence[str | Callable[[Gait], float]] | Callable[[Gait], float],
+) -> tuple[Criterion, ...]:
     """Return several criteria, each once."""
-    some = [names] if isinstance(names, str) or callable(names) else list(names)
-    found = tuple(criterion(one) for one in some)
-    if twice := [one.name for one in found if sum(one.name == other.name for other in found) > 1]:
-        raise ValueError(f"criterion = {shown(twice[0])}: must be named once")
-    return found
+    if isinstance(names, str) or callable(names):
+        names = [names]
+    if not isinstance(names, Sequence | np.ndarray):
+        raise ValueError(f"criteria = {shown(names)}: must be names of measures, or functions of a gait")
+    found = list[Criterion]()
+    for one in (criterion(str(name) if isinstance(name, np.str_) else name) for name in names):
+        twice = sum(one.name == other.name.partition(" ")[0] for other in found)
+        if twice and one.words != GIVEN:
+            raise ValueError(f"criterion = {shown(one.name)}: must be named once")
+        found.append(replace(one, name=f"{one.name} {twice + 1}") if twice else one)
+    return tuple(found)

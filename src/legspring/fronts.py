@@ -161,8 +161,8 @@ def pareto(
     gaits: Gait | Sequence[Gait],
     over: Mapping[str, tuple[float, float]],
     *,
-    minimize: Sequence[Wanted] | Wanted = (),
-    maximize: Sequence[Wanted] | Wanted = (),
+    minimize: Sequence[Wanted] | Wanted | None = None,
+    maximize: Sequence[Wanted] | Wanted | None = None,
     bounds: Bounds | None = None,
     constraints: Constraints | str | None = None,
     evaluations: int = EVALUATIONS,
@@ -230,7 +230,7 @@ def pareto(
     given = (gaits,) if isinstance(gaits, Gait) else tuple(gaits)
     if not given or not all(isinstance(gait, Gait) for gait in given):
         raise ValueError(f"gaits = {shown(gaits)}: must be a gait, or several")
-    least, most = (() if some == () else criteria(some) for some in (minimize, maximize))  # type: ignore[arg-type]
+    least, most = (criteria(()) if some is None else criteria(some) for some in (minimize, maximize))
     wanted = (*least, *most)
     if len(wanted) < 2:
         raise ValueError(f"minimize, maximize = {shown([one.name for one in wanted])}: must be two criteria or more")
@@ -270,7 +270,7 @@ def check_library() -> None:
 
 def kept_in(store: str | os.PathLike[str] | None, judge: Judge) -> Memory | None:
     """Return what is kept of a search in a directory."""
-    if store is not None and any(one.words == GIVEN for one in judge.criteria):
+    if store is not None and any(one.words == GIVEN for one in (*judge.criteria, *(one for one, *_ in judge.bounds))):
         raise ValueError(f"store = {str(store)!r}: must be left out where a criterion is a function")
     about = [gait_as_json(gait) for gait in judge.starts], judge.box, [one.name for one in judge.criteria]
     limits = [(one.name, low, high) for one, low, high in judge.bounds]

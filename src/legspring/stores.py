@@ -10,9 +10,10 @@ import math
 import os
 import shutil
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -218,13 +219,16 @@ def opened(path: str | os.PathLike[str], layout: Layout, identity: Mapping[str, 
 
     place = Path(path)
     if not place.parent.is_dir():
-        raise FileNotFoundError(f"store = {os.fspath(path)!r}: the directory {place.parent} must exist")
+        raise ValueError(f"store = {os.fspath(path)!r}: the directory {place.parent} must exist")
     lock = FileLock(place.parent / f".{place.name}.lock", timeout=0)
     try:
         lock.acquire()
     except Timeout:
         raise ValueError(f"store = {os.fspath(path)!r}: is in use by another program") from None
     try:
+        restore(place)
+        if place.exists() and not place.is_dir():
+            raise ValueError(f"store = {os.fspath(path)!r}: must be a folder, and is a file")
         if not place.exists() or not any(place.iterdir()):
             create(place, layout, identity)
         yield join(place, layout, identity)
@@ -234,36 +238,51 @@ def opened(path: str | os.PathLike[str], layout: Layout, identity: Mapping[str, 
 
 def block_in(path: str | os.PathLike[str] | None) -> tuple[int, ...] | None:
     """Return how many points make a block of a store; None if there is no such store yet."""
+    if path is not None:
+        restore(Path(path))
     if path is None or not Path(path).is_dir() or not any(Path(path).iterdir()):
         return None
     return tuple(int(n) for n in read_attrs(Path(path))["block"])
 
 
-def create(place: Path, layout: Layout, identity: Mapping[str, Any]) -> None:
-    """Make a store, which appears at once."""
+def create(
+    place: Path, layout: Layout, identity: Mapping[str, Any], fill: Callable[[Path], None] = lambda _: None
+) -> None:
+    """Make a store, which appears at once, in the place of what is there."""
     import zarr
 
-    part = place.with_name(f".{place.name}.part")
-    shutil.rmtree(part, ignore_errors=True)
+    part, before = (place.with_name(f".{place.name}.{word}") for word in ("part", "before"))
 
     def clean() -> None:
         shutil.rmtree(part, ignore_errors=True)
 
+    clean()
     with undone_by(clean), quiet():
         group = zarr.open_group(part, mode="w", zarr_format=3)
         for name, variable in layout.variables.items():
             make_array(group, name, variable, layout)
-        done = Variable(
-            tuple(layout.sizes), layout.counts, "uint64", 0, {"long_name": "checksum of a block; 0: it is not done"}
-        )
+        about = {"long_name": "checksum of a block; 0: it is not done"}
+        done = Variable(tuple(layout.sizes), layout.counts, "uint64", 0, about)
         make_array(group, DONE, done, layout, ones=True)
         for name, (dims, values, *more) in layout.coords.items():
             write_coordinate(group, name, dims, values, more[0] if more else {})
         own: dict[str, Any] = {"sweep_format": FORMAT, "identity": json.dumps(identity), "block": list(layout.block)}
         group.attrs.update({**layout.attrs, **own})
+        fill(part)
         if place.exists():
-            place.rmdir()
+            place.rename(before)
         part.rename(place)
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def restore(place: Path) -> None:
+    """Put back a store that was to be replaced when its program was killed."""
+    before = place.with_name(f".{place.name}.before")
+    if before.exists():
+        if place.exists():
+            shutil.rmtree(before, ignore_errors=True)
+        else:
+            before.rename(place)
 
 
 def make_array(group: Any, name: str, variable: Variable, layout: Layout, *, ones: bool = False) -> None:
@@ -284,12 +303,12 @@ def make_array(group: Any, name: str, variable: Variable, layout: Layout, *, one
 
 
 def write_coordinate(group: Any, name: str, dims: Any, values: Any, about: Mapping[str, Any]) -> None:
-    """Write a coordinate, again if there is one."""
+    """Write a coordinate."""
     numbers = np.asarray(values)
     if numbers.dtype.kind in "OU":
         numbers = numbers.astype(f"<U{max(1, *(len(str(one)) for one in numbers.ravel()))}")
     names = [dims] if isinstance(dims, str) else list(dims)
-    group.create_array(name=name, data=numbers, dimension_names=names, overwrite=True).attrs.update(dict(about))
+    group.create_array(name=name, data=numbers, dimension_names=names).attrs.update(dict(about))
 
 
 def join(place: Path, layout: Layout, identity: Mapping[str, Any]) -> OnDisk:
@@ -302,41 +321,57 @@ def join(place: Path, layout: Layout, identity: Mapping[str, Any]) -> OnDisk:
             raise ValueError(
                 f"store = {os.fspath(place)!r}: is of another sweep, of which {name} is different; must be a new folder"
             )
-    group = zarr.open_group(place, mode="r+")
-    store = OnDisk(place, layout, group)
-    grow(store)
-    return store
+    grow(place, layout, identity)
+    return OnDisk(place, layout, zarr.open_group(place, mode="r+"))
 
 
-def grow(store: OnDisk) -> None:
-    """Make room for more points along axes; what was done stays, but for blocks that were not full."""
-    layout, group = store.layout, store.group
-    first = next(iter(layout.variables))
-    old = tuple(int(n) for n in group[first].shape[: len(layout.sizes)])  # type: ignore[union-attr]
-    new = tuple(layout.sizes.values())
+def grow(place: Path, layout: Layout, identity: Mapping[str, Any]) -> None:
+    """Make room for more points along axes; what was done stays, but for blocks that were not full.
+
+    A larger store is made of the blocks of the old one, whose place it takes at once.
+
+    Raises
+    ------
+    ValueError
+        If it has other points, or more of them.
+    """
+    import zarr
+
+    group, name = zarr.open_group(place, mode="r"), os.fspath(place)
+    first: Any = group[next(iter(layout.variables))]
+    old, new = tuple(int(n) for n in first.shape[: len(layout.sizes)]), tuple(layout.sizes.values())
     if any(n < o for o, n in zip(old, new, strict=True)):
-        raise ValueError(f"store = {os.fspath(store.path)!r}: has more points than are asked for; must not have fewer")
-    old_values = {name: np.asarray(group[name][:]) for name in layout.sizes if name in group}  # type: ignore[index]
-    for name, values in old_values.items():
-        wanted = np.asarray(layout.coords[name][1])
-        if not np.array_equal(values, wanted[: len(values)]):
-            raise ValueError(
-                f"store = {os.fspath(store.path)!r}: has other values of {name}; must be the same, or more after them"
-            )
-    if old == new:
-        return
-    done: Any = group[DONE]
-    for axis, (size, width) in enumerate(zip(old, layout.block, strict=True)):
-        if new[axis] > size and size % width:
-            done[tuple(slice(size // width, None) if n == axis else slice(None) for n in range(len(old)))] = 0
-    done.resize(layout.counts)
-    for name, variable in layout.variables.items():
-        array: Any = group[name]
-        array.resize(variable.shape)
-    for name, (dims, values, *more) in layout.coords.items():
-        names = (dims,) if isinstance(dims, str) else tuple(dims)
-        if set(names) & set(layout.sizes):
-            write_coordinate(group, name, dims, values, more[0] if more else {})
+        raise ValueError(f"store = {name!r}: has more points than are asked for; must not have fewer")
+    for one, (dims, values, *_) in layout.coords.items():
+        dim = dims if isinstance(dims, str) else dims[0]
+        if dim in layout.sizes:
+            before: Any = group[one]
+            if not np.array_equal(np.asarray(before[:]), np.asarray(values)[: before.shape[0]]):
+                raise ValueError(f"store = {name!r}: has other values of {one}; must be the same, or more after them")
+    if old != new:
+        create(place, layout, identity, partial(with_blocks_of, place, old, layout))
+
+
+def with_blocks_of(place: Path, old: tuple[int, ...], layout: Layout, part: Path) -> None:
+    """Put the blocks of a store into a larger one."""
+    import zarr
+
+    for name in (*layout.variables, DONE):
+        for path in sorted((place / name / "c").rglob("*")):
+            if path.is_file():
+                target = part / path.relative_to(place)
+                target.parent.mkdir(parents=True, exist_ok=True)
+                # A file that is written anew takes the place of another one, so both may be one till then.
+                try:
+                    os.link(path, target)
+                except OSError:
+                    shutil.copyfile(path, target)
+    done: Any = zarr.open_group(part, mode="r+")[DONE]
+    edges = zip(old, layout.sizes.values(), layout.block, strict=True)
+    for axis, (before, after, width) in enumerate(edges):
+        if after > before and before % width:
+            last = slice(before // width, before // width + 1)
+            done[tuple(last if n == axis else slice(None) for n in range(len(old)))] = 0
 
 
 def finished(path: str | os.PathLike[str]) -> tuple[int, int]:

@@ -45,7 +45,7 @@ from legspring.measures.registry import BY_NAME, Measure, mapped
 from legspring.model import Animal
 from legspring.parallel import in_threads
 from legspring.progress import progress_bar
-from legspring.solve import search_gaits
+from legspring.solve import Origin, search_gaits
 from legspring.stores import Block, InMemory, Layout, OnDisk, Variable, block_in, opened
 
 if TYPE_CHECKING:
@@ -64,11 +64,12 @@ MOST_SEEDS = 27
 """Places of a block, beside the nearest, to which a gait is followed straight if they are not reached otherwise."""
 SAME = 1e-6
 """Difference of unknowns of two gaits that are one."""
-NO_GAIT, NO_FURTHER, DOUBLE = -3, -4, -5
+NO_GAIT, NO_FURTHER, DOUBLE, UNASKABLE = -3, -4, -5, -6
 MEANINGS = OUTCOMES | {
     NO_GAIT: "the search has found nothing",
     NO_FURTHER: "no further gait",
     DOUBLE: "the same gait as one of a smaller number",
+    UNASKABLE: "there is no such animal, or nothing of the kind can be asked of it",
 }
 QUICK = tuple(name for name in MEASURES if name in BY_NAME)
 """Measures that are made of arrays; others take some milliseconds for each gait."""
@@ -232,11 +233,14 @@ def sweep(
     wanted: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if free:
         wanted["free"] = list(checked_names("free", free))
-    some = () if gaits is None else (gaits,) if isinstance(gaits, Gait) else tuple(gaits)
+    some = () if gaits is None else (gaits,) if isinstance(gaits, Gait) else gaits
+    if not isinstance(some, Sequence) or not all(isinstance(gait, Gait) for gait in some):
+        raise ValueError(f"gaits = {shown(gaits)}: must be a gait, or several")
     points, grid = checked_over(over, samples, sampling, seed), sampling == "grid"
     plan = plan_of(animal, points, grid, some, wanted, measures, starts, branches, block_in(store))
     threads = checked_workers(workers)
-    layout = layout_of(plan, animal, {"sampling": sampling} | ({"seed": seed} if samples is not None else {}))
+    chance = {"seed": seed, "samples": samples} if samples is not None else {}
+    layout = layout_of(plan, animal, {"sampling": sampling} | chance)
     # Points may be added: which there are, coordinates say; and blocks are as they were made.
     parts = {name: value for name, value in asdict(plan).items() if name not in ("values", "low", "high", "width")}
     identity = json.loads(json.dumps({"version": code_stamp(), "sampling": sampling, **parts}))
@@ -310,10 +314,7 @@ def checked_over(
     found: dict[str, tuple[float, ...]] = {}
     for name, values in over.items():
         key = f"over[{shown(name)}]"
-        try:
-            numbers = np.asarray(values, dtype=float)
-        except (TypeError, ValueError):
-            numbers = np.zeros((0, 0))
+        numbers = numbers_of(values)
         if numbers.ndim != 1 or not len(numbers) or not np.all(np.isfinite(numbers)):
             raise ValueError(f"{key} = {shown(values)}: must be finite numbers")
         if sampling == "grid" and np.any(np.diff(numbers) <= 0.0):
@@ -336,6 +337,15 @@ def checked_over(
     low, high = np.array(list(found.values())).T
     shares = sampled(sampling, count, len(found), luck)
     return {name: tuple(column) for name, column in zip(found, (low + shares * (high - low)).T.tolist(), strict=True)}
+
+
+def numbers_of(values: Any) -> Floats:
+    """Return values as an array; one without any if they are no numbers."""
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        return np.zeros(0)
+    return array.astype(float) if array.dtype.kind in "iuf" else np.zeros(0)
 
 
 def sampled(sampling: str, count: int, size: int, seed: int) -> Floats:
@@ -370,10 +380,9 @@ def plan_of(
     ValueError
         If it does not fit the animal, or together.
     """
-    names = tuple(QUICK) if measures is None else checked_names("measures", measures)
-    names = tuple(name for name in names if BY_NAME.get(name) is None or BY_NAME[name].mapped(animal) or measures)
-    known = [one.name for one in mapped(animal) if one.unit]
-    if bad := [name for name in names if name not in known and (measures is not None or name not in ("heading",))]:
+    known = ["heading", *(one.name for one in mapped(animal) if one.unit)]
+    names = tuple(n for n in QUICK if n in known) if measures is None else checked_names("measures", measures)
+    if bad := [name for name in names if name not in known]:
         raise ValueError(f"measures = {shown(bad[0])}: must be one of {', '.join(known)}")
     names = tuple(name for name in names if name not in over)
     if both := [name for name in over if name in asked]:
@@ -382,8 +391,9 @@ def plan_of(
     room = checked_whole("branches", branches, 1, 100)
     if gaits:
         for gait in gaits:
-            if not isinstance(gait, Gait):
-                raise ValueError(f"gaits = {shown(gaits)}: must be a gait, or several")
+            own_animal = gait.origin.problem.system.animal if isinstance(gait.origin, Origin) else gait.animal
+            if animal not in (gait.animal, own_animal):
+                raise ValueError(f"animal = {animal.name!r}: must be the one whose gaits are followed")
         if asked:
             raise ValueError(f"{next(iter(asked))}: must be left out: gaits that are followed were asked for theirs")
         room = len(gaits)
@@ -482,11 +492,11 @@ def block_of(plan: Plan, where: tuple[slice, ...]) -> dict[str, np.ndarray]:
                 search_at(plan, values, row, blank)
             return blank
         shape = tuple(part.stop - part.start for part in where) if plan.grid else None
+        starts = list[Floats]()
         for number, batch in enumerate(batches_of(plan)):
             follow = follow_to if isinstance(batch, Batch) else follow_alone
-            follow(plan, batch, points, shape, number, blank)  # type: ignore[arg-type]
-        for number in range(1, plan.branches):
-            mark_doubles(blank, number)
+            starts.append(follow(plan, batch, points, shape, number, blank))  # type: ignore[arg-type]
+            mark_doubles(blank, starts, number)
         return blank
 
 
@@ -521,14 +531,14 @@ def follow_to(
     shape: tuple[int, ...] | None,
     number: int,
     out: dict[str, np.ndarray],
-) -> None:
-    """Follow a gait to the points of a block, and write what is said of it there."""
+) -> Floats:
+    """Follow a gait to the points of a block, and write what is said of it there; return its parameters, ``(M, n)``."""
     places = (points - batch.box.low) / (batch.box.high - batch.box.low)
     found = reached(batch, places, shape)
     out["outcome"][:, number] = NOT_REACHED
-    rows = np.flatnonzero(found.there)
+    rows, starts = np.flatnonzero(found.there), np.full((len(points), len(batch.problem.base)), np.nan)
     if not len(rows):
-        return
+        return starts
     seen = batch.measured(places[rows], found.rows(rows))
     outcome = seen.outcomes.copy()
     out["outcome"][rows, number] = outcome
@@ -544,6 +554,8 @@ def follow_to(
         gait = gait_of(batch, places[rows[row]], seen.p[row])
         for one in others:
             out[one.name][rows[row], number] = one.of(gait)
+    starts[rows] = seen.p
+    return starts
 
 
 def follow_alone(
@@ -553,7 +565,7 @@ def follow_alone(
     shape: tuple[int, ...] | None,
     number: int,
     out: dict[str, np.ndarray],
-) -> None:
+) -> Floats:
     """Do the same for a gait whose conditions are not the same everywhere: one point after the other."""
     places = (points - judge.box.low) / (judge.box.high - judge.box.low)
     around, known = neighbours_of(places, shape), dict[int, Trial]()
@@ -576,6 +588,11 @@ def follow_alone(
         out["outcome"][row, number] = GAIT if wrong is None else 1 + REASONS.index(wrong[0])
         if wrong is None:
             tell(plan, trial.gait, row, number, out)
+    starts = np.full((len(points), len(judge.starts[0].point)), np.nan)
+    for row, trial in known.items():
+        assert trial.gait is not None
+        starts[row] = trial.gait.point
+    return starts
 
 
 def tell(plan: Plan, gait: Gait, row: int, number: int, out: dict[str, np.ndarray]) -> None:
@@ -593,18 +610,20 @@ def families_of(plan: Plan) -> list[str]:
     return own + [family for family in (gait_from_json(text).family for text in plan.gaits) if family not in own]
 
 
-def mark_doubles(out: dict[str, np.ndarray], number: int) -> None:
-    """Say where a gait is the same as one of a smaller number."""
-    here = out["multipliers"][:, number]
+def mark_doubles(out: dict[str, np.ndarray], starts: Sequence[Floats], number: int) -> None:
+    """Say where a gait is the same as one of a smaller number, and take back what is said of it.
+
+    ``starts`` has the parameters of each gait at each point, ``(M, n)``, nan where there is none.
+    """
     for other in range(number):
-        alike = (out["outcome"][:, number] == GAIT) & (out["outcome"][:, other] == GAIT)
-        alike &= out["family"][:, number] == out["family"][:, other]
-        gaps = np.nanmax(np.abs(np.nan_to_num(here - out["multipliers"][:, other])), axis=(1, 2), initial=0.0)
-        for name in ("speed", "phase", "transport_cost"):
-            if name in out:
-                off = np.abs(np.nan_to_num(out[name][:, number] - out[name][:, other]))
-                gaps = np.maximum(gaps, off.reshape(len(gaps), -1).max(axis=1))
-        out["outcome"][alike & (gaps < SAME), number] = DOUBLE
+        if starts[other].shape != starts[number].shape:
+            continue
+        off, size = np.abs(starts[number] - starts[other]), np.abs(starts[number]) + np.abs(starts[other])
+        # What is infinite is so in both.
+        alike = np.all((off <= SAME * size + SAME) | np.isinf(size), axis=1) & (out["outcome"][:, number] == GAIT)
+        rows = np.flatnonzero(alike & (out["outcome"][:, other] == GAIT))
+        for name, array in out.items():
+            array[rows, number] = DOUBLE if name == "outcome" else -1 if name == "family" else np.nan
 
 
 def reached(batch: Batch, places: Floats, shape: tuple[int, ...] | None) -> Solved:
@@ -702,7 +721,7 @@ def search_at(plan: Plan, values: Floats, row: int, out: dict[str, np.ndarray]) 
         own, wanted = Grid(animal, over, asked).at(tuple(0 for _ in over))
         search = search_gaits(own, starts=plan.starts, **wanted)
     except ValueError:
-        out["outcome"][row] = 1 + REASONS.index(next(reason for reason in REASONS if reason.name == "NO_ANIMAL"))
+        out["outcome"][row] = UNASKABLE
         return
     out["outcome"][row] = NO_FURTHER
     if not search.gaits:

@@ -69,7 +69,10 @@ def sobol_indices(dataset: "xr.Dataset", name: str, *, branch: int = 0, seed: in
         raise ValueError(f"branch = {shown(branch)}: must be one of {', '.join(map(str, dataset['branch'].values))}")
     luck = checked_whole("seed", seed, 0, LARGEST_SEED)
     names = [str(one) for one, values in dataset.coords.items() if values.dims == ("point",) and one != "point"]
-    values = dataset[name].sel(branch=branch).values.astype(float).reshape(len(names) + 2, -1)
+    values = dataset[name].sel(branch=branch).values.astype(float)
+    if len(values) != (len(names) + 2) * int(dataset.attrs["samples"]):
+        raise ValueError(f"dataset: has {len(values)} points; must have all of those of legspring.sweep")
+    values = values.reshape(len(names) + 2, -1)
     known = np.flatnonzero(np.all(np.isfinite(values), axis=0))
     count = 2 ** int(math.log2(len(known))) if len(known) else 0
     if count < FEWEST:

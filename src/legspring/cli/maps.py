@@ -206,8 +206,17 @@ def sweep(
     check_figure(figure)
     if out is not None:
         check_output(out, [".nc", ".csv", ".mat"])
+    with patience("loading"):
+        from legspring import sweeping
+        from legspring.measures.registry import BY_NAME
+        from legspring.sweeping import QUICK
     if store is None and out is None and figure is None:
         raise ValueError("--store, --out or --figure must be given, for the result to be kept")
+    names = parse_names(measures)
+    drawable = [one.name for one in BY_NAME.values() if one.unit and not one.dimensions]
+    if figure is not None and (draw not in (names or QUICK) or draw not in drawable):
+        valid = ", ".join(name for name in (names or QUICK) if name in drawable)
+        raise ValueError(f"--draw = {draw!r}: must be one of {valid}")
     how = sampling or ("grid" if samples is None else "sobol")
     points = (parse_over(over) or {}) if how in ("grid", "list") else parse_samples(over)
     targets: Any = {"speed": speed, "mean_speed": mean_speed, "energy": energy}
@@ -222,8 +231,6 @@ def sweep(
         asked = {"gaits": search.gaits if branch is None else one}
     else:
         asked |= targets | {"heading": heading}
-    from legspring import sweeping
-
     try:
         found = sweeping.sweep(
             creature,
@@ -231,7 +238,7 @@ def sweep(
             samples=samples,
             sampling=how,
             seed=seed,
-            measures=parse_names(measures) or None,
+            measures=names or None,
             starts=starts,
             store=store,
             cluster=cluster,

@@ -47,6 +47,8 @@ def draw_sweep(
     """
     if "outcome" not in dataset or name not in dataset:
         raise ValueError(f"name = {shown(name)}: must be a measure of a dataset of legspring.sweep")
+    if branch not in dataset["branch"].values:
+        raise ValueError(f"branch = {shown(branch)}: must be one of {', '.join(map(str, dataset['branch'].values))}")
     axes_names = [str(dim) for dim in dataset["outcome"].dims if dim not in ("branch", "point")]
     if "point" in dataset["outcome"].dims:
         return _draw_parallel(dataset, name, branch, at)
@@ -55,6 +57,8 @@ def draw_sweep(
     for one in (x, y) if y else (x,):
         if one not in axes_names:
             raise ValueError(f"x, y = {shown(one)}: must be of {', '.join(axes_names)}")
+    if x == y:
+        raise ValueError(f"x, y = {shown(x)}: must be two axes")
     places = {one: dataset[one].values[dataset.sizes[one] // 2] for one in axes_names if one not in (x, y)} | at
     here, words = _at(dataset, name, places)
     if y is None:
