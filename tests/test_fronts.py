@@ -169,6 +169,13 @@ def test_criteria(level: Gait, roach: Animal) -> None:
     flat = ls.find_gaits(roach, slope_deg=15, heading=0.2)[0]
     assert criterion("recovery").function(flat) == max(flat.recover(impulse).steps for impulse in (-0.5, 0.5))  # type: ignore[type-var]
     assert criterion("push").function(flat) > 0.5
+    assert 0.3 < criterion("basin").function(flat) < 1.0
+    unstable = min(
+        ls.find_gaits(ls.load_animal("cockroach_rigid"), slope_deg=45, heading=0.15),
+        key=lambda g: -abs(g.multipliers[0]),
+    )
+    assert abs(unstable.multipliers[0]) > 1.0
+    assert criterion("basin").function(unstable) == criterion("push").function(unstable) == 0.0
     assert 1.0 <= criterion("roughness").function(flat) <= 30.0
 
 

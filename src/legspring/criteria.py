@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from legspring.basins import basin
 from legspring.checks import shown
 from legspring.gait import Gait
 from legspring.measures.registry import BY_NAME
@@ -21,6 +22,8 @@ PUSH = 0.5
 """Impulse from which `recovery` is, to either side, in units of m v_des."""
 DIRECTIONS, MOMENTS = 8, 4
 """Of the pushes of which the least is looked for that a gait does not survive."""
+SPEEDS, TURN, SIDE = (0.2, 4.0), 3.0, 12
+"""Starts of a basin: speeds by the desired one, headings about the gait's, rad, and how many of each."""
 SCALES, RUNS, STRIDES = tuple(float(n) for n in range(1, 31)), 40, 40
 """Noise of the slope that is tried, deg; runs, and strides of each."""
 
@@ -66,6 +69,15 @@ def push(gait: Gait) -> float:
     return float(pushes(gait, directions=DIRECTIONS, moments=MOMENTS, workers=1)["survived"].min())
 
 
+def basin_share(gait: Gait) -> float:
+    """Return the share of starts, at other speeds and headings, that lead to a gait; 0 if it is unstable."""
+    if stability(gait) >= 1.0:
+        return 0.0
+    speeds = gait.system.desired_speed * np.linspace(*SPEEDS, SIDE)
+    over = {"speed": speeds, "heading": gait.heading + np.linspace(-TURN, TURN, SIDE)}
+    return float((basin(gait, over, workers=1)["settles_on"] == 0).mean())
+
+
 def roughness(gait: Gait) -> float:
     """Return the noise of the slope, a standard deviation in deg, that half of the runs survive; 0 if there is none."""
     survived = 0.0
@@ -95,6 +107,9 @@ OTHERS = {
             "recovery", "1", f"steps to recover from a push of {PUSH:g} m v_des to either side", recovery, smooth=False
         ),
         Criterion("push", "m v_des", "largest push survived in any direction, at any moment", push, smooth=False),
+        Criterion(
+            "basin", "1", "share of starts at other speeds and headings that lead there", basin_share, smooth=False
+        ),
         Criterion("roughness", "deg", "noise of the slope that half of the runs survive", roughness, smooth=False),
     )
 }

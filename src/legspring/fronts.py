@@ -189,8 +189,8 @@ def pareto(
     minimize, maximize
         What is to be small, and what large: names of measures (of several numbers, as ``"peak_force"``, the
         largest magnitude counts), ``"stability"`` (largest multiplier but for what is conserved), ``"recovery"``
-        (steps), ``"push"`` (largest push survived), ``"roughness"`` (largest noise of the slope survived, deg), or
-        functions of a gait. Two or more in all.
+        (steps), ``"push"`` (largest push survived), ``"basin"`` (share of starts that lead there), ``"roughness"``
+        (largest noise of the slope survived, deg), or functions of a gait. Two or more in all.
     bounds
         Criteria with the least and the largest value that a gait may have, as in ``{"friction": (None, 0.8)}``.
     constraints

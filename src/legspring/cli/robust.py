@@ -196,7 +196,7 @@ def pareto(
         str | None,
         typer.Option(
             metavar="NAMES",
-            help="What is to be small, separated by commas: measures, or stability, recovery, push, roughness.",
+            help="What is to be small, separated by commas: measures, or stability, recovery, push, basin, roughness.",
         ),
     ] = None,
     maximize: Annotated[str | None, typer.Option(metavar="NAMES", help="What is to be large.")] = None,
