@@ -120,7 +120,7 @@ def test_a_result_in_the_place_of_another_is_missing(memory: Memory) -> None:
     assert memory.get(memory.key("g")) is None
 
 
-OVER = {"speed": np.linspace(0.1, 1.5, 70), "heading": np.linspace(-1.2, 1.2, 70)}
+OVER = {"speed": np.linspace(0.1, 1.5, 65), "heading": np.linspace(-1.2, 1.2, 65)}
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ OVER = {"speed": np.linspace(0.1, 1.5, 70), "heading": np.linspace(-1.2, 1.2, 70
 def test_what_was_stopped_goes_on_to_the_same_end(
     where: Any, name: str, ask: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    gait = ls.find_gaits(ls.cockroach(), slope_deg=15, heading=0.2)[0]
+    gait = ls.find_gaits(ls.cockroach(), slope_deg=45, heading=0.15)[0]
     whole, work, calls = ask(gait, workers=1), getattr(where, name), list[int]()
 
     def counting(*arguments: Any, most: int = 1000) -> Any:

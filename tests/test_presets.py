@@ -177,6 +177,7 @@ def test_presets_are_listed_one_a_line() -> None:
     assert all(animal["source"] == load_animal(animal["name"]).source for animal in listed)
 
 
+@pytest.mark.long
 def test_presets_are_drawn(tmp_path: Path) -> None:
     result = run("presets", "--figure", tmp_path / "all.png", "--figures", tmp_path / "each")
     assert result.exit_code == 0

@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import legspring as ls
-from legspring import Animal, Gait, stores, sweeping
+from legspring import Animal, Gait, blocks, plans, stores, sweeping
 from legspring.batches import GAIT, MEASURES, NOT_REACHED, Batch
 from legspring.candidates import box_of
 from legspring.figures import draw_sobol, draw_sweep
@@ -84,14 +84,14 @@ def test_what_is_not_reached_is_beyond_a_fold(roach: Animal, climbing: list[Gait
 
 def test_a_gait_does_not_jump_to_another(roach: Animal, climbing: list[Gait], monkeypatch: pytest.MonkeyPatch) -> None:
     """Beyond the line of folds where one branch ends lies the other one, near enough to land on."""
-    over = {"slope_deg": np.linspace(40.0, 50.0, 21), "mass": np.linspace(2e-3, 3e-3, 11)}
+    over = {"slope_deg": np.linspace(40.0, 50.0, 9), "mass": np.linspace(2e-3, 3e-3, 7)}
     whole = ls.sweep(roach, over, gaits=climbing)
-    monkeypatch.setattr(sweeping, "FOLLOWED", 8)
-    monkeypatch.setattr(sweeping, "FEWEST", 1)
+    monkeypatch.setattr(plans, "FOLLOWED", 8)
+    monkeypatch.setattr(plans, "FEWEST", 1)
     parts = ls.sweep(roach, over, gaits=climbing)
     for found in (whole, parts):
         assert set(np.unique(found["outcome"])) == {GAIT, NOT_REACHED}
-    assert np.mean(whole["outcome"].values != parts["outcome"].values) < 0.01
+    assert np.mean(whole["outcome"].values != parts["outcome"].values) < 0.03
 
 
 def test_a_gait_goes_on_where_another_crosses() -> None:
@@ -125,7 +125,7 @@ def test_laws_with_a_kink(roach: Animal) -> None:
 
 def test_the_same_gait_twice_counts_once(roach: Animal, climbing: list[Gait]) -> None:
     found = ls.sweep(roach, {"slope_deg": [44.0, 45.0]}, gaits=[climbing[0], climbing[0]], measures=["speed"])
-    assert found["outcome"].values.tolist() == [[GAIT, sweeping.DOUBLE]] * 2
+    assert found["outcome"].values.tolist() == [[GAIT, plans.DOUBLE]] * 2
     assert np.isnan(found["speed"].values[:, 1]).all() and np.isfinite(found["speed"].values[:, 0]).all()
 
 
@@ -189,7 +189,7 @@ def test_searching_at_each_point(roach: Animal) -> None:
 def test_sobol_indices_that_are_known() -> None:
     """Of Ishigami's function."""
     size, low, high = 3, -np.pi, np.pi
-    x = low + (high - low) * sweeping.sampled("saltelli", 4096, size, 1)
+    x = low + (high - low) * plans.sampled("saltelli", 4096, size, 1)
     assert x.shape == (4096 * 5, 3)
     values = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
     coords = {f"x{n}": ("point", column) for n, column in enumerate(x.T)} | {"branch": [0]}
@@ -256,8 +256,8 @@ def test_pictures(roach: Animal, climbing: list[Gait], found: xr.Dataset) -> Non
 @pytest.fixture
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut points into many blocks."""
-    monkeypatch.setattr(sweeping, "FOLLOWED", 6)
-    monkeypatch.setattr(sweeping, "FEWEST", 1)
+    monkeypatch.setattr(plans, "FOLLOWED", 6)
+    monkeypatch.setattr(plans, "FEWEST", 1)
 
 
 def test_a_store_holds_the_same(
@@ -283,7 +283,7 @@ def test_a_store_holds_the_same(
 def test_what_is_done_is_not_done_again(
     roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    work, calls = sweeping.block_of, list[int]()
+    work, calls = blocks.block_of, list[int]()
 
     def counting(plan: Any, where: Any) -> Any:
         calls.append(1)
@@ -307,7 +307,7 @@ def test_what_is_done_is_not_done_again(
         assert np.array_equal(again[name].values, whole[name].values, equal_nan=True)
 
 
-@pytest.mark.parametrize("how", ["cut off", "changed", "removed"])
+@pytest.mark.parametrize("how", ["changed", "removed", pytest.param("cut off", marks=pytest.mark.long)])
 def test_what_is_damaged_is_done_again(
     roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None, how: str
 ) -> None:
@@ -330,6 +330,7 @@ def test_what_is_damaged_is_done_again(
 def test_values_may_be_added(roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None) -> None:
     path = tmp_path / "runs.zarr"
     first = {"slope_deg": GRID["slope_deg"][:4], "F.stiffness": GRID["F.stiffness"]}
+    climbing = climbing[:1]
     ls.sweep(roach, first, gaits=climbing, store=path)
     more = ls.sweep(roach, GRID, gaits=climbing, store=path)
     whole = ls.sweep(roach, GRID, gaits=climbing)
@@ -420,8 +421,8 @@ def _about(path: Path) -> tuple[Any, Any]:
 
 SCRIPT = """
 import sys, numpy as np, legspring as ls
-from legspring import sweeping
-sweeping.FOLLOWED, sweeping.FEWEST = 2, 1
+from legspring import plans
+plans.FOLLOWED, plans.FEWEST = 2, 1
 roach = ls.cockroach()
 gaits = ls.find_gaits(roach, slope_deg=45, heading=0.15)
 print("begins", flush=True)
@@ -460,6 +461,7 @@ def test_killed_at_random_moments(tmp_path: Path, count: int) -> None:
     assert not [file for file in tmp_path.iterdir() if file.name.endswith(".part")]
 
 
+@pytest.mark.long
 def test_on_a_cluster(roach: Animal, climbing: list[Gait], small_blocks: None, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     whole = ls.sweep(roach, GRID, gaits=climbing)

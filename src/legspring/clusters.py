@@ -4,9 +4,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from legspring.blocks import block_of
 from legspring.checks import shown
+from legspring.plans import Plan
 from legspring.stores import Block, InMemory, Layout, OnDisk
-from legspring.sweeping import Plan, block_of, shaped
+from legspring.sweeping import shaped
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -13,6 +13,7 @@ from legspring.peterson2011.limits import HALVINGS, limits, outline
 from tests.made_up import made_up_optima
 
 
+@pytest.mark.long
 def test_beyond_a_limit_a_search_finds_nothing(roach: ls.Animal) -> None:
     slope_deg, low, high, family = 60.0, 0.25, 0.4, "MB"
     optima = ls.optimal_atlas(roach, slopes_deg=(slope_deg,), headings=(low, high), map="reduced", workers=2)

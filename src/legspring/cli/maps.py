@@ -209,7 +209,7 @@ def sweep(
     with patience("loading"):
         from legspring import sweeping
         from legspring.measures.registry import BY_NAME
-        from legspring.sweeping import QUICK
+        from legspring.plans import QUICK
     if store is None and out is None and figure is None:
         raise ValueError("--store, --out or --figure must be given, for the result to be kept")
     names = parse_names(measures)

@@ -1,0 +1,182 @@
+"""What a block of a sweep holds: gaits followed, or searched for, at its points, and all that is said of them."""
+
+import hashlib
+import json
+import threading
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from legspring.batches import GAIT, MEASURES, NOT_REACHED, REASONS, Batch, gait_of
+from legspring.candidates import Judge, Trial, box_of
+from legspring.gait import Gait
+from legspring.kept import gait_from_json
+from legspring.kernel.walker import Floats
+from legspring.mapping import Grid
+from legspring.plans import DOUBLE, NO_FURTHER, NO_GAIT, UNASKABLE, Plan, creature_of, families_of, layout_of
+from legspring.solve import search_gaits
+from legspring.spreading import neighbours_of, reached
+
+SAME = 1e-6
+"""Difference of parameters of two gaits, by their size, that are one."""
+LOCAL = threading.local()
+"""What each thread has for itself."""
+
+
+def block_of(plan: Plan, where: tuple[slice, ...]) -> dict[str, np.ndarray]:
+    """Return all that is said of the points of a block, ``(M, branch, ...)``; it depends on nothing else."""
+    with threadpool_limits(1):
+        points = plan.points(where)
+        blank = blank_of(plan, len(points))
+        if not plan.gaits:
+            for row, values in enumerate(points):
+                search_at(plan, values, row, blank)
+            return blank
+        shape = tuple(part.stop - part.start for part in where) if plan.grid else None
+        starts = list[Floats]()
+        for number, batch in enumerate(batches_of(plan)):
+            follow = follow_to if isinstance(batch, Batch) else follow_alone
+            starts.append(follow(plan, batch, points, shape, number, blank))  # type: ignore[arg-type]
+            mark_doubles(blank, starts, number)
+        return blank
+
+
+def blank_of(plan: Plan, count: int) -> dict[str, np.ndarray]:
+    """Return room for what is said of so many points."""
+    layout = layout_of(plan, creature_of(plan.animal), {})
+    first = len(plan.sizes)
+    return {
+        name: np.full((count, *variable.shape[first:]), variable.fill, dtype=variable.dtype)
+        for name, variable in layout.variables.items()
+    }
+
+
+def batches_of(plan: Plan) -> list[Batch | Judge]:
+    """Return the gaits that are followed, as this thread has them; each for itself if its conditions are not plain."""
+    key = hashlib.sha256(json.dumps([plan.gaits, plan.names, plan.low, plan.high]).encode()).hexdigest()
+    known: dict[str, list[Batch | Judge]] = LOCAL.__dict__.setdefault("batches", {})
+    if key not in known:
+        known.clear()
+        gaits = [gait_from_json(text) for text in plan.gaits]
+        box = box_of(gaits, dict(zip(plan.names, zip(plan.low, plan.high, strict=True), strict=True)))
+        known[key] = [
+            Batch(gait, box) if Batch.is_plain(gait, box) else Judge(box, (gait,), (), np.zeros(0)) for gait in gaits
+        ]
+    return known[key]
+
+
+def follow_to(
+    plan: Plan,
+    batch: Batch,
+    points: Floats,
+    shape: tuple[int, ...] | None,
+    number: int,
+    out: dict[str, np.ndarray],
+) -> Floats:
+    """Follow a gait to the points of a block, and write what is said of it there; return its parameters, ``(M, n)``."""
+    places = (points - batch.box.low) / (batch.box.high - batch.box.low)
+    found = reached(batch, places, shape)
+    out["outcome"][:, number] = NOT_REACHED
+    rows, starts = np.flatnonzero(found.there), np.full((len(points), len(batch.problem.base)), np.nan)
+    if not len(rows):
+        return starts
+    seen = batch.measured(places[rows], found.rows(rows))
+    outcome = seen.outcomes.copy()
+    out["outcome"][rows, number] = outcome
+    good = outcome == GAIT
+    out["family"][rows[good], number] = families_of(plan).index(batch.gait.family)
+    for one in plan.about:
+        if one.name in MEASURES:
+            out[one.name][rows[good], number] = seen[one.name][good]
+    values = seen.multipliers[good]
+    out["multipliers"][rows[good], number, : values.shape[1]] = np.stack([values.real, values.imag], axis=-1)
+    others = [one for one in plan.about if one.name not in MEASURES]
+    for row in np.flatnonzero(good).tolist() if others else []:
+        gait = gait_of(batch, places[rows[row]], seen.p[row])
+        for one in others:
+            out[one.name][rows[row], number] = one.of(gait)
+    starts[rows] = seen.p
+    return starts
+
+
+def follow_alone(
+    plan: Plan,
+    judge: Judge,
+    points: Floats,
+    shape: tuple[int, ...] | None,
+    number: int,
+    out: dict[str, np.ndarray],
+) -> Floats:
+    """Do the same for a gait whose conditions are not the same everywhere: one point after the other."""
+    places = (points - judge.box.low) / (judge.box.high - judge.box.low)
+    around, known = neighbours_of(places, shape), dict[int, Trial]()
+    start = judge.first()[0]
+    seed = int(np.argmin(np.max(np.abs(places - start.place), axis=1)))
+    ways = [(start, seed)]
+    while ways:
+        trial, row = ways.pop(0)
+        if row in known:
+            continue
+        gait = judge.followed(trial, places[row], strict=True)
+        if gait is None:
+            continue
+        known[row] = Trial(places[row], 0, gait)
+        ways += [(known[row], other) for other in around[row] if other not in known]
+    out["outcome"][:, number] = NOT_REACHED
+    for row, trial in known.items():
+        assert trial.gait is not None
+        wrong = trial.gait.invalid()
+        out["outcome"][row, number] = GAIT if wrong is None else 1 + REASONS.index(wrong[0])
+        if wrong is None:
+            tell(plan, trial.gait, row, number, out)
+    starts = np.full((len(points), len(judge.starts[0].point)), np.nan)
+    for row, trial in known.items():
+        assert trial.gait is not None
+        starts[row] = trial.gait.point
+    return starts
+
+
+def tell(plan: Plan, gait: Gait, row: int, number: int, out: dict[str, np.ndarray]) -> None:
+    """Write what is said of a gait."""
+    out["family"][row, number] = families_of(plan).index(gait.family)
+    for one in plan.about:
+        out[one.name][row, number] = one.of(gait)
+    values = gait.multipliers
+    out["multipliers"][row, number, : len(values)] = np.stack([values.real, values.imag], axis=-1)
+
+
+def mark_doubles(out: dict[str, np.ndarray], starts: Sequence[Floats], number: int) -> None:
+    """Say where a gait is the same as one of a smaller number, and take back what is said of it.
+
+    ``starts`` has the parameters of each gait at each point, ``(M, n)``, nan where there is none.
+    """
+    for other in range(number):
+        if starts[other].shape != starts[number].shape:
+            continue
+        off, size = np.abs(starts[number] - starts[other]), np.abs(starts[number]) + np.abs(starts[other])
+        # What is infinite is so in both.
+        alike = np.all((off <= SAME * size + SAME) | np.isinf(size), axis=1) & (out["outcome"][:, number] == GAIT)
+        rows = np.flatnonzero(alike & (out["outcome"][:, other] == GAIT))
+        for name, array in out.items():
+            array[rows, number] = DOUBLE if name == "outcome" else -1 if name == "family" else np.nan
+
+
+def search_at(plan: Plan, values: Floats, row: int, out: dict[str, np.ndarray]) -> None:
+    """Search for all gaits at a point, and write what is said of them."""
+    animal, asked = creature_of(plan.animal), json.loads(plan.asked)
+    over = {name: (value,) for name, value in zip(plan.names, values.tolist(), strict=True)}
+    try:
+        own, wanted = Grid(animal, over, asked).at(tuple(0 for _ in over))
+        search = search_gaits(own, starts=plan.starts, **wanted)
+    except ValueError:
+        out["outcome"][row] = UNASKABLE
+        return
+    out["outcome"][row] = NO_FURTHER
+    if not search.gaits:
+        reasons = Counter(rejection.reason for rejection in search.rejections).most_common(1)
+        out["outcome"][row, 0] = 1 + REASONS.index(reasons[0][0]) if reasons else NO_GAIT
+    for number, gait in enumerate(search.gaits[: plan.branches]):
+        out["outcome"][row, number] = GAIT
+        tell(plan, gait, row, number, out)

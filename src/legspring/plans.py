@@ -1,0 +1,302 @@
+"""What is asked of which points: the plan of a sweep, checked, and what its result consists of."""
+
+import json
+import math
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from legspring.batches import MEASURES, OUTCOMES, UNSOLVED
+from legspring.candidates import box_of
+from legspring.checks import LARGEST_SEED, MOST_STARTS, checked_choice, checked_names, checked_whole, shown
+from legspring.gait import Gait
+from legspring.kept import gait_as_json, gait_from_json
+from legspring.kernel.walker import Floats
+from legspring.mapping import Grid, about, coordinates, provenance
+from legspring.measures.registry import BY_NAME, Measure, mapped
+from legspring.measures.sensitivity import checked, value_of
+from legspring.model import Animal
+from legspring.solve import Origin
+from legspring.stores import Layout, Variable
+
+SAMPLINGS = ("grid", "list", "latin", "sobol", "random", "saltelli")
+STARTS, BRANCHES = 24, 4
+"""Starts of a search at each point; gaits that there is room for."""
+FOLLOWED, SEARCHED = 4096, 16
+"""Points of a block where gaits are followed, and where they are searched for, at most."""
+FEWEST, BLOCKS = 512, 16
+"""Points from which on a block is worth its while; blocks that there are to be at least, if so."""
+NO_GAIT, NO_FURTHER, DOUBLE, UNASKABLE = -3, -4, -5, -6
+MEANINGS = OUTCOMES | {
+    NO_GAIT: "the search has found nothing",
+    NO_FURTHER: "no further gait",
+    DOUBLE: "the same gait as one of a smaller number",
+    UNASKABLE: "there is no such animal, or nothing of the kind can be asked of it",
+}
+"""What may become of a gait at a point."""
+QUICK = tuple(name for name in MEASURES if name in BY_NAME)
+"""Measures that are made of arrays; others take some milliseconds for each gait."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is asked of which points: all that a block depends on, as text.
+
+    Attributes
+    ----------
+    animal, gaits
+        JSON: the animal; the gaits that are followed, none where gaits are searched for.
+    names, values
+        What varies; the values of each: along its axis of a grid, or of each point.
+    grid
+        Whether points are a grid.
+    asked, starts, branches
+        What gaits are asked for everywhere, as JSON; starts of a search; room for gaits.
+    measures
+        What is said of them.
+    low, high
+        Ranges within which gaits are followed.
+    width
+        Points of a block along each dimension; None for what seems best.
+    """
+
+    animal: str
+    gaits: tuple[str, ...]
+    names: tuple[str, ...]
+    values: tuple[tuple[float, ...], ...]
+    grid: bool
+    asked: str
+    starts: int
+    branches: int
+    measures: tuple[str, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    width: tuple[int, ...] | None = None
+
+    @cached_property
+    def sizes(self) -> dict[str, int]:
+        """Points along each of their dimensions."""
+        if self.grid:
+            return {name: len(values) for name, values in zip(self.names, self.values, strict=True)}
+        return {"point": len(self.values[0])}
+
+    @cached_property
+    def block(self) -> tuple[int, ...]:
+        """Points of a block along each dimension: about as many one way as the other."""
+        if self.width is not None:
+            return self.width
+        sizes = list(self.sizes.values())
+        most = min(FOLLOWED, max(FEWEST, math.prod(sizes) // BLOCKS)) if self.gaits else SEARCHED
+        widths, left = [1] * len(sizes), float(most)
+        for n, axis in enumerate(sorted(range(len(sizes)), key=lambda axis: sizes[axis])):
+            widths[axis] = max(1, min(sizes[axis], round(left ** (1.0 / (len(sizes) - n)))))
+            left = max(1.0, left / widths[axis])
+        return tuple(widths)
+
+    def points(self, where: tuple[slice, ...]) -> Floats:
+        """Return the values at some points, ``(M, D)``."""
+        if not self.grid:
+            return np.array([values[where[0]] for values in self.values]).T
+        axes = [np.array(values)[part] for values, part in zip(self.values, where, strict=True)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+    @cached_property
+    def about(self) -> tuple[Measure, ...]:
+        """What is said of gaits."""
+        return tuple(BY_NAME[name] for name in self.measures)
+
+
+def checked_over(
+    over: Mapping[str, Any], samples: int | None, sampling: str, seed: int
+) -> dict[str, tuple[float, ...]]:
+    """Return what varies, with its values: along each axis, or of each point.
+
+    Raises
+    ------
+    ValueError
+        For what is none.
+    """
+    checked_choice("sampling", sampling, SAMPLINGS)
+    if not isinstance(over, Mapping) or not over:
+        raise ValueError(f"over = {shown(over)}: must map parameters to values, as in {{'slope_deg': [0, 10]}}")
+    found: dict[str, tuple[float, ...]] = {}
+    for name, values in over.items():
+        key = f"over[{shown(name)}]"
+        numbers = numbers_of(values)
+        if numbers.ndim != 1 or not len(numbers) or not np.all(np.isfinite(numbers)):
+            raise ValueError(f"{key} = {shown(values)}: must be finite numbers")
+        if sampling == "grid" and np.any(np.diff(numbers) <= 0.0):
+            raise ValueError(f"{key} = {shown(values)}: must be rising numbers")
+        found[str(name)] = tuple(numbers.tolist())
+    if sampling in ("grid", "list"):
+        if samples is not None:
+            raise ValueError(f"samples = {shown(samples)}: must be left out for a {sampling}")
+        if sampling == "list" and len({len(values) for values in found.values()}) > 1:
+            raise ValueError("over: must have as many values of each parameter, one for each point of the list")
+        return found
+    if samples is None:
+        raise ValueError(f"samples is missing: must be how many points, for sampling = {sampling!r}")
+    count, luck = checked_whole("samples", samples, 1, 100_000_000), checked_whole("seed", seed, 0, LARGEST_SEED)
+    for name, values in found.items():
+        if len(values) != 2 or not values[0] < values[1]:
+            raise ValueError(f"over[{shown(name)}] = {shown(over[name])}: must be a range, (low, high)")
+    if sampling == "saltelli" and count & (count - 1):
+        raise ValueError(f"samples = {count}: must be a power of two, for sampling = 'saltelli'")
+    low, high = np.array(list(found.values())).T
+    shares = sampled(sampling, count, len(found), luck)
+    return {name: tuple(column) for name, column in zip(found, (low + shares * (high - low)).T.tolist(), strict=True)}
+
+
+def numbers_of(values: Any) -> Floats:
+    """Return values as an array; one without any if they are no numbers."""
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        return np.zeros(0)
+    return array.astype(float) if array.dtype.kind in "iuf" else np.zeros(0)
+
+
+def sampled(sampling: str, count: int, size: int, seed: int) -> Floats:
+    """Return points of the unit cube, ``(count, size)``, or more for Sobol indices."""
+    if sampling == "random":
+        return np.random.default_rng(seed).random((count, size))
+    if sampling == "saltelli":
+        first, second = np.split(qmc.Sobol(2 * size, rng=seed).random_base2(round(math.log2(count))), 2, axis=1)
+        mixed = [np.where(np.arange(size) == n, second, first) for n in range(size)]
+        return np.vstack([first, second, *mixed])
+    if sampling == "latin":
+        return qmc.LatinHypercube(size, rng=seed).random(count)
+    # A power of two is what the sequence is made for.
+    return qmc.Sobol(size, rng=seed).random_base2(max(0, math.ceil(math.log2(count))))[:count]
+
+
+def plan_of(
+    animal: Animal,
+    over: Mapping[str, tuple[float, ...]],
+    grid: bool,
+    gaits: Sequence[Gait],
+    asked: Mapping[str, Any],
+    measures: Sequence[str] | None,
+    starts: int,
+    branches: int,
+    width: tuple[int, ...] | None,
+) -> Plan:
+    """Return what is asked, checked.
+
+    Raises
+    ------
+    ValueError
+        If it does not fit the animal, or together.
+    """
+    known = ["heading", *(one.name for one in mapped(animal) if one.unit)]
+    names = tuple(n for n in QUICK if n in known) if measures is None else checked_names("measures", measures)
+    if bad := [name for name in names if name not in known]:
+        raise ValueError(f"measures = {shown(bad[0])}: must be one of {', '.join(known)}")
+    names = tuple(name for name in names if name not in over)
+    if both := [name for name in over if name in asked]:
+        raise ValueError(f"{both[0]} = {shown(asked[both[0]])}: must be left out, as it varies")
+    low, high = ([end(values) for values in over.values()] for end in (min, max))
+    room = checked_whole("branches", branches, 1, 100)
+    if gaits:
+        for gait in gaits:
+            own_animal = gait.origin.problem.system.animal if isinstance(gait.origin, Origin) else gait.animal
+            if animal not in (gait.animal, own_animal):
+                raise ValueError(f"animal = {animal.name!r}: must be the one whose gaits are followed")
+        if asked:
+            raise ValueError(f"{next(iter(asked))}: must be left out: gaits that are followed were asked for theirs")
+        room = len(gaits)
+        # The gaits must be within; what lies outside of the points is followed through.
+        own = [[value_within(gait, name) for gait in gaits] for name in over]
+        low = [min(least, *some) for least, some in zip(low, own, strict=True)]
+        high = [max(most, *some) for most, some in zip(high, own, strict=True)]
+        high = [b if b > a else a + 1e-6 * (abs(a) or 1.0) for a, b in zip(low, high, strict=True)]
+        box_of(gaits, dict(zip(over, zip(low, high, strict=True), strict=True)))
+    else:
+        start = Grid(animal, dict(over) if grid else {name: values[:1] for name, values in over.items()}, dict(asked))
+        for family in animal.families:
+            start.problems(tuple(0 for _ in over), family)
+    return Plan(
+        animal.model_dump_json(),
+        tuple(gait_as_json(gait) for gait in gaits),
+        tuple(over),
+        tuple(over.values()),
+        grid,
+        json.dumps(dict(asked)),
+        checked_whole("starts", starts, 1, MOST_STARTS),
+        room,
+        names,
+        tuple(low),
+        tuple(high),
+        width,
+    )
+
+
+def value_within(gait: Gait, name: str) -> float:
+    """Return the value that a gait has of something that varies."""
+    return value_of(gait, checked(gait, name))
+
+
+def layout_of(plan: Plan, animal: Animal, more: Mapping[str, Any]) -> Layout:
+    """Return what the result of a plan consists of."""
+    sizes, dims = plan.sizes, (*plan.sizes, "branch")
+    shape, own = (*sizes.values(), plan.branches), coordinates(animal, {})
+    coords: dict[str, tuple[Any, ...]] = {}
+    for name, values in zip(plan.names, plan.values, strict=True):
+        coords[name] = (name if plan.grid else "point", np.array(values), about(name))
+    coords["branch"] = ("branch", np.arange(plan.branches), {"long_name": "number of the gait"})
+    variables = {}
+    lengths = {name: len(values) for name, (_, values, *_) in own.items()}
+    for one in plan.about:
+        whole = (*shape, *(lengths[dim] for dim in one.dimensions))
+        variables[one.name] = Variable((*dims, *one.dimensions), whole, "float64", math.nan, one.attributes)
+        coords |= {dim: own[dim] for dim in one.dimensions}
+    k = multipliers_of(plan)
+    coords["part"] = ("part", ["real", "imaginary"], {})
+    variables["multipliers"] = Variable(
+        (*dims, "multiplier", "part"),
+        (*shape, k, 2),
+        "float64",
+        math.nan,
+        {"long_name": "Floquet multipliers of a stride, largest first", "units": "1"},
+    )
+    labels = families_of(plan)
+    flags = {"flag_values": list(range(len(labels))), "flag_meanings": ", ".join(labels)}
+    variables["family"] = Variable(dims, shape, "int16", -1, {"long_name": "pairs of legs that push"} | flags)
+    flags = {"flag_values": list(MEANINGS), "flag_meanings": "; ".join(MEANINGS.values())}
+    variables["outcome"] = Variable(dims, shape, "int16", UNSOLVED, {"long_name": "what became of a gait"} | flags)
+    attrs = (
+        provenance(animal, {}, list(plan.names))
+        | dict(more)
+        | {
+            "method": "followed from the given gaits" if plan.gaits else "searched for at each point",
+            "machine": f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}",
+            "settings": json.dumps({"asked": json.loads(plan.asked), "starts": plan.starts, "measures": plan.measures}),
+            "given_gaits": json.dumps(plan.gaits),
+        }
+    )
+    return Layout(sizes, plan.block, variables, coords, attrs)
+
+
+def multipliers_of(plan: Plan) -> int:
+    """Return for how many multipliers there is room."""
+    if plan.gaits:
+        return max(len(gait_from_json(text).multipliers) for text in plan.gaits)
+    animal = Animal.model_validate_json(plan.animal)
+    return (2 if animal.body.yaw == "held" else 4) + 3 * len(animal.legs)
+
+
+def families_of(plan: Plan) -> list[str]:
+    """Return the labels of the families that there may be."""
+    own = list(creature_of(plan.animal).families)
+    return own + [family for family in (gait_from_json(text).family for text in plan.gaits) if family not in own]
+
+
+@lru_cache(maxsize=4)
+def creature_of(text: str) -> Animal:
+    """Return the animal of which this is the JSON."""
+    return Animal.model_validate_json(text)
