@@ -55,6 +55,7 @@ for old in kept.parent.glob("legspring-*"):
     if old != kept:
         shutil.rmtree(old)
 nb_execution_excludepatterns = [f"{name}.md" for name in LONG] if QUICK else []
+pages_not_run = LONG if QUICK else []
 nb_execution_timeout = 900
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True

@@ -76,7 +76,7 @@ def sweep(
         and their numbers are the order in which they are given.
     measures
         What is to be said of each gait: names of measures; by default those that are known of many gaits at once
-        (`legspring.plans.QUICK`). Others take milliseconds for each gait. Multipliers are always there.
+        (``legspring.plans.QUICK``). Others take milliseconds for each gait. Multipliers are always there.
     slope_deg, heading, speed, mean_speed, energy, apex_height, lateral_drift, free, mirrored
         What gaits are asked for everywhere, where they are searched for (see `legspring.search_gaits`).
     starts, branches
