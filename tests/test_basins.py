@@ -96,6 +96,7 @@ def test_the_result_does_not_depend_on_workers(flat: Gait, found: xr.Dataset) ->
     assert np.array_equal(one["settles_on"] == 0, found["settles_on"].values[::7, ::7] == 0)
 
 
+@pytest.mark.long
 def test_refined_edges_are_those_of_the_fine_grid(flat: Gait) -> None:
     speeds, headings = np.linspace(0.1, 1.4, 27), np.linspace(1.6, 2.8, 25)
     fine = ls.basin(flat, {"speed": np.linspace(0.1, 1.4, 105), "heading": np.linspace(1.6, 2.8, 97)})

@@ -129,6 +129,7 @@ def test_families_compete(roach: Animal) -> None:
     assert {gait.branch for gait in front.gaits} == {gaits[n].branch for n in best}
 
 
+@pytest.mark.long
 def test_bounds_and_constraints(level: Gait) -> None:
     assert level.friction < 2.0
     asked: dict[str, Any] = {"minimize": ["stability", "transport_cost"], "evaluations": 48, "points": 5}

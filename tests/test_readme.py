@@ -26,7 +26,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("line", COMMANDS)
+# What reproduces the thesis has tests of its own.
+LONG = [pytest.param(line, marks=pytest.mark.long) if " reproduce " in line else line for line in COMMANDS]
+
+
+@pytest.mark.parametrize("line", LONG)
 def test_commands_do_what_they_say(folder: Path, line: str) -> None:
     _, *arguments = shlex.split(line)
     result = CliRunner().invoke(app, arguments)

@@ -327,6 +327,7 @@ def test_what_is_damaged_is_done_again(
         assert np.array_equal(again[name].values, whole[name].values, equal_nan=True)
 
 
+@pytest.mark.long
 def test_values_may_be_added(roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None) -> None:
     path = tmp_path / "runs.zarr"
     first = {"slope_deg": GRID["slope_deg"][:4], "F.stiffness": GRID["F.stiffness"]}

@@ -91,6 +91,7 @@ def test_what_is_stored_is_not_computed_again(thesis: Path, calls: Calls) -> Non
     assert (thesis / "report.html").stat().st_mtime_ns == report
 
 
+@pytest.mark.long
 def test_a_part_computes_only_what_it_needs(calls: Calls, tmp_path: Path) -> None:
     before = list(calls)
     reproduce(tmp_path, only=["3.2", "3.1", "4.1"])
@@ -100,6 +101,7 @@ def test_a_part_computes_only_what_it_needs(calls: Calls, tmp_path: Path) -> Non
     assert calls == before and "optima.nc" not in names and "report.html" not in names
 
 
+@pytest.mark.long
 def test_the_method_of_the_thesis_and_a_fresh_start(thesis: Path, calls: Calls, tmp_path: Path) -> None:
     reproduce(tmp_path, only=["5.1"], method="nelder-mead")
     assert calls[-1] == "nelder-mead" and not (tmp_path / "data" / "optima.nc").exists()
