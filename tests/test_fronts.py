@@ -130,7 +130,7 @@ def test_families_compete(roach: Animal) -> None:
 
 
 @pytest.mark.long
-def test_bounds_and_constraints(level: Gait) -> None:
+def test_bounds_and_constraints(level: Gait, tmp_path: Path) -> None:
     assert level.friction < 2.0
     asked: dict[str, Any] = {"minimize": ["stability", "transport_cost"], "evaluations": 48, "points": 5}
     front = ls.pareto(level, RANGES, bounds={"friction": (None, 0.9 * level.friction)}, **asked)
@@ -139,6 +139,9 @@ def test_bounds_and_constraints(level: Gait) -> None:
     assert none.gaits == () and none.separation() == [] and none.at_limits() == []
     with pytest.raises(ValueError, match="must have gaits"):
         draw_front(none)
+    kept = {"constraints": "peterson2011", "store": tmp_path, "refine": False}
+    stored = [ls.pareto(level, RANGES, **asked | kept) for _ in range(2)]
+    assert np.array_equal(stored[0].values, stored[1].values)
     charged = ls.pareto(level, RANGES, constraints="peterson2011", **asked | {"evaluations": 0, "refine": False})
     assert len(charged.gaits) == 1 and charged.penalties[0] >= 0.0
 

@@ -123,6 +123,26 @@ def test_laws_with_a_kink(roach: Animal) -> None:
         assert np.sum(found["outcome"] == GAIT) >= 3
 
 
+def test_maps_have_no_holes(roach: Animal, climbing: list[Gait]) -> None:
+    """Where all four places around have the gait, so has the one in the midst."""
+    over = {"slope_deg": np.linspace(30.0, 60.0, 61), "F.stiffness": np.linspace(1.0, 2.0, 41)}
+    there = (ls.sweep(roach, over, gaits=climbing[1])["outcome"] == GAIT).values[..., 0]
+    around = there[:-2, 1:-1] & there[2:, 1:-1] & there[1:-1, :-2] & there[1:-1, 2:]
+    assert around.sum() > 1000 and not np.any(around & ~there[1:-1, 1:-1])
+    # Of the places beside the line where it ends, a search finds it in none that is further off than the next one.
+    rows = np.argwhere(there[:, 1:] & ~there[:, :-1])[::12]
+    for row, column in rows:
+        animal = roach.replace(**{"F.stiffness": over["F.stiffness"][max(column - 1, 0)]})
+        assert len(ls.find_gaits(animal, slope_deg=over["slope_deg"][row], heading=0.15)) == 1
+
+
+def test_gaits_without_room_are_counted() -> None:
+    roach = ls.cockroach()
+    found = ls.sweep(roach, {"slope_deg": [45.0]}, heading=0.15, branches=1, starts=12)
+    assert found.sizes["multiplier"] == 4 and found["found"].values.tolist() == [2]
+    assert sweeping.fates_of(found)[-1].startswith("1: further gaits")
+
+
 def test_the_same_gait_twice_counts_once(roach: Animal, climbing: list[Gait]) -> None:
     found = ls.sweep(roach, {"slope_deg": [44.0, 45.0]}, gaits=[climbing[0], climbing[0]], measures=["speed"])
     assert found["outcome"].values.tolist() == [[GAIT, plans.DOUBLE]] * 2
@@ -269,6 +289,8 @@ def test_a_store_holds_the_same(
     assert both.mean() > 0.6 and np.mean(kept["outcome"].values == found["outcome"].values) > 0.95
     for name in found.data_vars:
         assert np.array_equal(kept[name].values, alone[name].values, equal_nan=True), name
+        if name == "found":
+            continue
         # Blocks are reached on other ways, on which a gait next to a fold may not be.
         one, other = kept[name].values[both], found[name].values[both]
         assert one == pytest.approx(other, rel=1e-7, abs=1e-7, nan_ok=True), name
@@ -495,6 +517,7 @@ def test_on_a_cluster(roach: Animal, climbing: list[Gait], small_blocks: None, t
         ({"slope_deg": [40.0, 50.0]}, {"measures": ["luck"]}, "measures = 'luck': must be one of"),
         ({"slope_deg": [40.0, 50.0]}, {"heading": 0.1}, "heading: must be left out"),
         ({"nonsense": [40.0, 50.0]}, {}, "nonsense"),
+        ({"FL.stiffness": [1.4, 1.6]}, {}, "must be of both legs of a pair"),
         ({"F.phase": [0.0, 0.1]}, {}, "must be no parameter that was free"),
         ({"F.stiffness": [-1.0, 1.0]}, {}, "must be within 0 and inf"),
         ({"slope_deg": [40.0, 50.0]}, {"workers": 0}, "workers = 0"),

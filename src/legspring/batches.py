@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from legspring.candidates import LARGEST_GAP, SMALLEST_GAP, Box
+from legspring.candidates import Box, agree
 from legspring.flow import Simulator
 from legspring.footing import Feet, Traits, departs, wrongs
 from legspring.gait import LEAST_ISOLATION, Gait, Invalid
@@ -58,13 +58,10 @@ class Solved:
         ``(N, n)``: unknowns; nan where there is none.
     rates
         ``(N, D, n)``: how they move with places.
-    isolation
-        ``(N,)``: smallest singular value of the conditions.
     """
 
     z: Floats
     rates: Floats
-    isolation: Floats
 
     @property
     def there(self) -> NDArray[np.bool_]:
@@ -73,11 +70,11 @@ class Solved:
 
     def rows(self, rows: NDArray[Any]) -> "Solved":
         """Return some of them."""
-        return Solved(self.z[rows], self.rates[rows], self.isolation[rows])
+        return Solved(self.z[rows], self.rates[rows])
 
     def put(self, rows: NDArray[Any], found: "Solved") -> None:
         """Write some of them that there were not yet."""
-        self.z[rows], self.rates[rows], self.isolation[rows] = found.z, found.rates, found.isolation
+        self.z[rows], self.rates[rows] = found.z, found.rates
 
 
 class Batch:
@@ -88,12 +85,7 @@ class Batch:
     gait
         The gait.
     box
-        What varies, and its ranges.
-
-    Raises
-    ------
-    ValueError
-        If the conditions do not stay the same within the box (see `is_plain`).
+        What varies, and its ranges, within which the conditions stay the same (see `is_plain`).
     """
 
     def __init__(self, gait: Gait, box: Box) -> None:
@@ -210,25 +202,24 @@ class Batch:
         good = found.residuals < 100.0 * GOAL
         z = np.where(good[:, None], found.z, np.nan)
         n, d = self.problem.size, places.shape[1]
-        rates, isolation = np.full((len(z), d, n), np.nan), np.full(len(z), np.nan)
+        rates = np.full((len(z), d, n), np.nan)
         rows = np.flatnonzero(good)
         if len(rows):
             along = self.directions(np.mean(places, axis=0))
             by = self.problem.residual(z[rows], list(along), base=base[rows], accuracy=OF_RATES)[1]
             fine = np.all(np.isfinite(by), axis=(1, 2))
             rows, by = rows[fine], by[fine]
-            isolation[rows] = np.linalg.svd(by[:, :, :n], compute_uv=False)[:, -1]
-            regular = isolation[rows] > LEAST_ISOLATION
+            regular = np.linalg.svd(by[:, :, :n], compute_uv=False)[:, -1] > LEAST_ISOLATION
             rows, by = rows[regular], by[regular]
             rates[rows] = -np.swapaxes(np.linalg.solve(by[:, :, :n], by[:, :, n:]), 1, 2)
         lost = ~np.isfinite(rates[:, :1, :1]).all(axis=(1, 2))
         z[lost] = np.nan
-        return Solved(z, rates, isolation)
+        return Solved(z, rates)
 
     def nowhere(self, count: int) -> Solved:
         """Return room for so many solutions, none of which is there."""
         n, d = self.problem.size, len(self.box.names)
-        return Solved(np.full((count, n), np.nan), np.full((count, d, n), np.nan), np.full(count, np.nan))
+        return Solved(np.full((count, n), np.nan), np.full((count, d, n), np.nan))
 
     def first(self, place: Floats) -> Solved:
         """Return the gait itself, followed to a place: straight, or else one coordinate after the other."""
@@ -266,10 +257,8 @@ class Batch:
                 move = np.einsum("ndk,nd->nk", at.rates, way)
                 found = self.solved(goal, at.z + move)
                 gone = self.problem.wrapped(found.z - at.z)
-                mean = 0.5 * (move + np.einsum("ndk,nd->nk", found.rates, way))
-                size = np.max(np.abs(np.stack([gone, move])), axis=(0, 2), initial=0.0)
-                off = np.max(np.abs(gone - mean), axis=1, initial=0.0)
-                fine = found.there & (off <= LARGEST_GAP * size + SMALLEST_GAP)
+                after = np.einsum("ndk,nd->nk", found.rates, way)
+                fine = found.there & agree(gone, move, after)
                 places[going[fine]] = goal[fine]
                 going = going[fine]
                 at = found.rows(fine)

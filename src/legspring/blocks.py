@@ -12,10 +12,9 @@ from threadpoolctl import threadpool_limits
 from legspring.batches import GAIT, MEASURES, NOT_REACHED, REASONS, Batch, gait_of
 from legspring.candidates import Judge, Trial, box_of
 from legspring.gait import Gait
-from legspring.kept import gait_from_json
 from legspring.kernel.walker import Floats
 from legspring.mapping import Grid
-from legspring.plans import DOUBLE, NO_FURTHER, NO_GAIT, UNASKABLE, Plan, creature_of, families_of, layout_of
+from legspring.plans import DOUBLE, NO_FURTHER, NO_GAIT, UNASKABLE, Plan, layout_of
 from legspring.solve import search_gaits
 from legspring.spreading import neighbours_of, reached
 
@@ -40,12 +39,13 @@ def block_of(plan: Plan, where: tuple[slice, ...]) -> dict[str, np.ndarray]:
             follow = follow_to if isinstance(batch, Batch) else follow_alone
             starts.append(follow(plan, batch, points, shape, number, blank))  # type: ignore[arg-type]
             mark_doubles(blank, starts, number)
+        blank["found"][:] = np.sum(blank["outcome"] == GAIT, axis=1)
         return blank
 
 
 def blank_of(plan: Plan, count: int) -> dict[str, np.ndarray]:
     """Return room for what is said of so many points."""
-    layout = layout_of(plan, creature_of(plan.animal), {})
+    layout = layout_of(plan, {})
     first = len(plan.sizes)
     return {
         name: np.full((count, *variable.shape[first:]), variable.fill, dtype=variable.dtype)
@@ -59,7 +59,7 @@ def batches_of(plan: Plan) -> list[Batch | Judge]:
     known: dict[str, list[Batch | Judge]] = LOCAL.__dict__.setdefault("batches", {})
     if key not in known:
         known.clear()
-        gaits = [gait_from_json(text) for text in plan.gaits]
+        gaits = plan.followed
         box = box_of(gaits, dict(zip(plan.names, zip(plan.low, plan.high, strict=True), strict=True)))
         known[key] = [
             Batch(gait, box) if Batch.is_plain(gait, box) else Judge(box, (gait,), (), np.zeros(0)) for gait in gaits
@@ -86,7 +86,7 @@ def follow_to(
     outcome = seen.outcomes.copy()
     out["outcome"][rows, number] = outcome
     good = outcome == GAIT
-    out["family"][rows[good], number] = families_of(plan).index(batch.gait.family)
+    out["family"][rows[good], number] = plan.families.index(batch.gait.family)
     for one in plan.about:
         if one.name in MEASURES:
             out[one.name][rows[good], number] = seen[one.name][good]
@@ -140,7 +140,7 @@ def follow_alone(
 
 def tell(plan: Plan, gait: Gait, row: int, number: int, out: dict[str, np.ndarray]) -> None:
     """Write what is said of a gait."""
-    out["family"][row, number] = families_of(plan).index(gait.family)
+    out["family"][row, number] = plan.families.index(gait.family)
     for one in plan.about:
         out[one.name][row, number] = one.of(gait)
     values = gait.multipliers
@@ -155,25 +155,27 @@ def mark_doubles(out: dict[str, np.ndarray], starts: Sequence[Floats], number: i
     for other in range(number):
         if starts[other].shape != starts[number].shape:
             continue
-        off, size = np.abs(starts[number] - starts[other]), np.abs(starts[number]) + np.abs(starts[other])
+        with np.errstate(invalid="ignore"):
+            off, size = np.abs(starts[number] - starts[other]), np.abs(starts[number]) + np.abs(starts[other])
         # What is infinite is so in both.
         alike = np.all((off <= SAME * size + SAME) | np.isinf(size), axis=1) & (out["outcome"][:, number] == GAIT)
         rows = np.flatnonzero(alike & (out["outcome"][:, other] == GAIT))
         for name, array in out.items():
-            array[rows, number] = DOUBLE if name == "outcome" else -1 if name == "family" else np.nan
+            if name != "found":
+                array[rows, number] = DOUBLE if name == "outcome" else -1 if name == "family" else np.nan
 
 
 def search_at(plan: Plan, values: Floats, row: int, out: dict[str, np.ndarray]) -> None:
     """Search for all gaits at a point, and write what is said of them."""
-    animal, asked = creature_of(plan.animal), json.loads(plan.asked)
+    animal, asked = plan.creature, json.loads(plan.asked)
     over = {name: (value,) for name, value in zip(plan.names, values.tolist(), strict=True)}
     try:
         own, wanted = Grid(animal, over, asked).at(tuple(0 for _ in over))
         search = search_gaits(own, starts=plan.starts, **wanted)
     except ValueError:
-        out["outcome"][row] = UNASKABLE
+        out["outcome"][row], out["found"][row] = UNASKABLE, 0
         return
-    out["outcome"][row] = NO_FURTHER
+    out["outcome"][row], out["found"][row] = NO_FURTHER, len(search.gaits)
     if not search.gaits:
         reasons = Counter(rejection.reason for rejection in search.rejections).most_common(1)
         out["outcome"][row, 0] = 1 + REASONS.index(reasons[0][0]) if reasons else NO_GAIT

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from legspring.checks import shown
 from legspring.constraints import Constraints
@@ -17,7 +18,7 @@ from legspring.direct import charges
 from legspring.flow import IntegrationError
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
-from legspring.measures.sensitivity import checked, unit_of, value_of
+from legspring.measures.sensitivity import breaks_symmetry, checked, unit_of, value_of
 from legspring.model import ModelError
 from legspring.problem import GaitProblem
 from legspring.route import limits_of
@@ -29,7 +30,7 @@ SHORTEST_MOVE = 0.01
 """The same where it is lost otherwise."""
 LARGEST_GAP, SMALLEST_GAP = 0.05, 1e-9
 """Difference between a step and what the rates at both its ends say of it that is plausible, by the step's size; and at
-any rate. On a smooth sheet it is small of third order; another sheet is as far off as it is."""
+any rate."""
 DIFFERENCE = 1e-4
 """Step of the derivatives, by the range."""
 Bounds = Mapping[str | Callable[[Gait], float], tuple[float | None, float | None]]
@@ -107,6 +108,10 @@ def box_of(gaits: Sequence[Gait], over: Mapping[str, tuple[float, float]]) -> Bo
         for gait in gaits:
             if not isinstance(gait.origin, Origin):
                 raise ValueError("gait: must be one that a search has found, which says what was given and free")
+            if breaks_symmetry(gait, name):
+                raise ValueError(
+                    f"{key}: must be of both legs of a pair, as the gait's steps mirror one another; ls.follow goes on"
+                )
             bottom, top = limits_of(gait.origin.loosened(gait, [checked(gait, name)])[0], name)
             if least < bottom or most > top:
                 raise ValueError(f"{key} = {shown(limits)}: must be within {bottom:g} and {top:g}")
@@ -133,6 +138,17 @@ def _overlap(gait: Gait, one: str, other: str) -> bool:
         return one == other
     first, second = (gait.system.direction(name) != 0.0 for name in (one, other))
     return bool(np.any(first & second)) and "slope" not in one + other
+
+
+def agree(gone: Floats, before: Floats, after: Floats) -> NDArray[np.bool_]:
+    """Whether a step, ``(..., n)``, is what the rates at its beginning and at its end say, so that both are one sheet.
+
+    On a smooth sheet the difference from their mean is small of third order; another sheet is as far off as it is.
+    """
+    size = np.max(np.abs(np.stack([gone, before, after])), axis=(0, -1), initial=0.0)
+    off = np.max(np.abs(gone - 0.5 * (before + after)), axis=-1, initial=0.0)
+    found: NDArray[np.bool_] = off <= LARGEST_GAP * size + SMALLEST_GAP
+    return found
 
 
 @dataclass(frozen=True)
@@ -247,10 +263,7 @@ class Judge:
         except (ModelError, ValueError, IntegrationError, np.linalg.LinAlgError):
             return None
         steps = [found.point[places] - gait.point[places], before[places], after[places]]
-        gone, first, second = (step / problem.units for step in steps)
-        size = float(np.max(np.abs([gone, first, second]), initial=0.0))
-        off = float(np.max(np.abs(gone - 0.5 * (first + second)), initial=0.0))
-        return found if off <= LARGEST_GAP * size + SMALLEST_GAP else None
+        return found if agree(*(step / problem.units for step in steps)) else None
 
     def judged(self, place: Floats, start: int, gait: Gait) -> Trial:
         """Judge a gait."""

@@ -8,7 +8,6 @@ from legspring.blocks import block_of
 from legspring.checks import shown
 from legspring.plans import Plan
 from legspring.stores import Block, InMemory, Layout, OnDisk
-from legspring.sweeping import shaped
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -79,8 +78,7 @@ def on_cluster(
         futures = as_completed([submitted() for _ in range(min(count, len(rest)))])
         for future in futures:
             block = names.pop(future)
-            values = shaped(layout, block, future.result())
-            result.write(block, values)
+            result.write(block, layout.shaped(block, future.result()))
             tick(layout.count(block))
             if rest:
                 futures.add(submitted())

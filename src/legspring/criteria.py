@@ -13,6 +13,7 @@ from legspring.checks import shown
 from legspring.gait import Gait
 from legspring.measures.registry import BY_NAME
 from legspring.measures.sensitivity import EVIDENCE
+from legspring.measures.stability import without
 from legspring.pushing import pushes
 from legspring.roughness import rough
 
@@ -51,10 +52,7 @@ class Criterion:
 
 def stability(gait: Gait) -> float:
     """Return the largest magnitude of a multiplier, but for those of what is conserved."""
-    rest = gait.multipliers
-    for _ in gait.conserved:
-        rest = np.delete(rest, int(np.argmin(np.abs(rest - 1.0))))
-    return float(np.max(np.abs(rest), initial=0.0))
+    return float(np.max(np.abs(without(gait.multipliers, [1.0] * len(gait.conserved))), initial=0.0))
 
 
 def recovery(gait: Gait) -> float:

@@ -235,14 +235,12 @@ def verdict(traits: Traits, row: int) -> Verdict:
 def stay(traits: Traits, leg: int) -> NDArray[np.bool_]:
     """Whether a leg that was put down before the end of a stride is down then, at each point."""
     system, feet, one = traits.system, traits.feet, traits.system.animal.legs[leg]
-    found: NDArray[np.bool_]
+    until, end = feet[:, leg, TOUCH] + feet[:, leg, STANCE], traits.times * (1.0 + TOGETHER)
     if one.touchdown == "clock":
         alike = system.animal.first_legs[system.pair[leg]] if system.mirrored else leg
         # Offsets may vary along a curve.
-        found = feet[:, alike, STANCE] > 2.0 - traits.p[:, system.place(leg, "offset")]
-    else:
-        found = feet[:, leg, TOUCH] + feet[:, leg, STANCE] > traits.times * (1.0 + TOGETHER)
-    return found
+        until, end = feet[:, alike, STANCE], 2.0 - traits.p[:, system.place(leg, "offset")]
+    return np.greater(until, end)
 
 
 def departs(traits: Traits) -> NDArray[np.bool_]:

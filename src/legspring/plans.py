@@ -5,12 +5,13 @@ import math
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
+from legspring.asking import earlier_legs
 from legspring.batches import MEASURES, OUTCOMES, UNSOLVED
 from legspring.candidates import box_of
 from legspring.checks import LARGEST_SEED, MOST_STARTS, checked_choice, checked_names, checked_whole, shown
@@ -104,6 +105,30 @@ class Plan:
             return np.array([values[where[0]] for values in self.values]).T
         axes = [np.array(values)[part] for values, part in zip(self.values, where, strict=True)]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+    @cached_property
+    def creature(self) -> Animal:
+        """The animal."""
+        return Animal.model_validate_json(self.animal)
+
+    @cached_property
+    def followed(self) -> list[Gait]:
+        """The gaits that are followed."""
+        return [gait_from_json(text) for text in self.gaits]
+
+    @cached_property
+    def families(self) -> list[str]:
+        """Labels of the families that there may be."""
+        return list(dict.fromkeys([*self.creature.families, *(gait.family for gait in self.followed)]))
+
+    @cached_property
+    def multipliers(self) -> int:
+        """For how many multipliers there is room."""
+        if self.gaits:
+            return max(len(gait.multipliers) for gait in self.followed)
+        yaws, legs = self.creature.body.yaw == "free", earlier_legs(self.creature)
+        each = 3 if yaws else 2
+        return 2 * each + (each - 2) if legs is None else 2 * (each - 1) + 3 * len(self.creature.legs)
 
     @cached_property
     def about(self) -> tuple[Measure, ...]:
@@ -241,8 +266,9 @@ def value_within(gait: Gait, name: str) -> float:
     return value_of(gait, checked(gait, name))
 
 
-def layout_of(plan: Plan, animal: Animal, more: Mapping[str, Any]) -> Layout:
+def layout_of(plan: Plan, more: Mapping[str, Any]) -> Layout:
     """Return what the result of a plan consists of."""
+    animal = plan.creature
     sizes, dims = plan.sizes, (*plan.sizes, "branch")
     shape, own = (*sizes.values(), plan.branches), coordinates(animal, {})
     coords: dict[str, tuple[Any, ...]] = {}
@@ -255,20 +281,20 @@ def layout_of(plan: Plan, animal: Animal, more: Mapping[str, Any]) -> Layout:
         whole = (*shape, *(lengths[dim] for dim in one.dimensions))
         variables[one.name] = Variable((*dims, *one.dimensions), whole, "float64", math.nan, one.attributes)
         coords |= {dim: own[dim] for dim in one.dimensions}
-    k = multipliers_of(plan)
     coords["part"] = ("part", ["real", "imaginary"], {})
     variables["multipliers"] = Variable(
         (*dims, "multiplier", "part"),
-        (*shape, k, 2),
+        (*shape, plan.multipliers, 2),
         "float64",
         math.nan,
         {"long_name": "Floquet multipliers of a stride, largest first", "units": "1"},
     )
-    labels = families_of(plan)
-    flags = {"flag_values": list(range(len(labels))), "flag_meanings": ", ".join(labels)}
+    flags = {"flag_values": list(range(len(plan.families))), "flag_meanings": ", ".join(plan.families)}
     variables["family"] = Variable(dims, shape, "int16", -1, {"long_name": "pairs of legs that push"} | flags)
     flags = {"flag_values": list(MEANINGS), "flag_meanings": "; ".join(MEANINGS.values())}
     variables["outcome"] = Variable(dims, shape, "int16", UNSOLVED, {"long_name": "what became of a gait"} | flags)
+    words = {"long_name": "how many gaits there are, whether there is room for them or not", "units": "1"}
+    variables["found"] = Variable(dims[:-1], shape[:-1], "int16", -1, words)
     attrs = (
         provenance(animal, {}, list(plan.names))
         | dict(more)
@@ -280,23 +306,3 @@ def layout_of(plan: Plan, animal: Animal, more: Mapping[str, Any]) -> Layout:
         }
     )
     return Layout(sizes, plan.block, variables, coords, attrs)
-
-
-def multipliers_of(plan: Plan) -> int:
-    """Return for how many multipliers there is room."""
-    if plan.gaits:
-        return max(len(gait_from_json(text).multipliers) for text in plan.gaits)
-    animal = Animal.model_validate_json(plan.animal)
-    return (2 if animal.body.yaw == "held" else 4) + 3 * len(animal.legs)
-
-
-def families_of(plan: Plan) -> list[str]:
-    """Return the labels of the families that there may be."""
-    own = list(creature_of(plan.animal).families)
-    return own + [family for family in (gait_from_json(text).family for text in plan.gaits) if family not in own]
-
-
-@lru_cache(maxsize=4)
-def creature_of(text: str) -> Animal:
-    """Return the animal of which this is the JSON."""
-    return Animal.model_validate_json(text)

@@ -19,6 +19,7 @@ from legspring.kernel.settle import FAILS, FALLS, LONGEST, NEAR, REPEATS, RUNS_A
 from legspring.kernel.walker import OK, Floats, Ints, new_tape
 from legspring.layout import System
 from legspring.measures.robustness import ANGLE
+from legspring.measures.stability import without
 from legspring.parallel import in_threads
 from legspring.returnmap import seen_at, signs, state_names
 
@@ -109,9 +110,8 @@ def attractor(system: System, p: Floats, periods: int = 1) -> Attractor:
     names = state_names(system, p)
     jacobian = image(system, p, names, periods)[1]
     found = np.linalg.eigvals(jacobian).astype(complex)
-    for what in system.conserved:
-        kept = -1.0 if system.flips and what != "energy" and periods % 2 else 1.0
-        found = np.delete(found, int(np.argmin(np.abs(found - kept))))
+    odd = system.flips and periods % 2
+    found = without(found, [-1.0 if odd and what != "energy" else 1.0 for what in system.conserved])
     multipliers = found[np.argsort(-np.abs(found))]
     bare = Attractor(moments(system, p, states[None])[0], 0.0, p, multipliers)
     return Attractor(bare.moments, neighbourhood(system, bare, names), p, multipliers)

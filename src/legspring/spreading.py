@@ -67,18 +67,23 @@ def levels_of(places: Floats, shape: tuple[int, ...] | None, seed: int) -> list[
 
 
 def spread_out(batch: Batch, places: Floats, around: Sequence[Sequence[int]], known: Solved) -> None:
-    """Go on from all that is known to the places beside, until nothing new is reached."""
-    fresh = np.flatnonzero(known.there)
-    while len(fresh):
-        pairs = np.array([(one, two) for one in fresh.tolist() for two in around[one] if not known.there[two]])
-        if not len(pairs):
-            return
-        # Of several ways to a place, the first is taken; another one may be tried in the next round.
-        _, kept = np.unique(pairs[:, 1], return_index=True)
-        here, there = pairs[np.sort(kept)].T
+    """Go on from all that is known to the places beside, each from one after the other, until no way is untried."""
+    ways: dict[int, list[int]] = {}
+
+    def offer(fresh: NDArray[np.intp]) -> None:
+        for one in fresh.tolist():
+            for other in around[one]:
+                if not known.there[other]:
+                    ways.setdefault(other, []).append(one)
+
+    offer(np.flatnonzero(known.there))
+    while ways:
+        there = np.array(sorted(ways))
+        here = np.array([ways[one].pop(0) for one in there.tolist()])
         found = batch.advanced(known.rows(here), places[here], places[there])
         known.put(there, found)
-        fresh = there[found.there]
+        offer(there[found.there])
+        ways = {one: rest for one, rest in ways.items() if rest and not known.there[one]}
 
 
 def neighbours_of(places: Floats, shape: tuple[int, ...] | None) -> list[list[int]]:

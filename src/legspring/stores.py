@@ -87,6 +87,11 @@ class Layout:
         sizes = zip(block, self.block, self.sizes.values(), strict=True)
         return tuple(slice(n * width, min((n + 1) * width, size)) for n, width, size in sizes)
 
+    def shaped(self, block: Block, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the arrays of a block, whose first axis counts its points, in the form that the whole has."""
+        shape = tuple(part.stop - part.start for part in self.where(block))
+        return {name: array.reshape(*shape, *array.shape[1:]) for name, array in values.items()}
+
     def count(self, block: Block) -> int:
         """Return how many points a block has."""
         return math.prod(part.stop - part.start for part in self.where(block))
@@ -238,11 +243,16 @@ def opened(path: str | os.PathLike[str], layout: Layout, identity: Mapping[str, 
 
 def block_in(path: str | os.PathLike[str] | None) -> tuple[int, ...] | None:
     """Return how many points make a block of a store; None if there is no such store yet."""
-    if path is not None:
-        restore(Path(path))
-    if path is None or not Path(path).is_dir() or not any(Path(path).iterdir()):
+    if path is None:
         return None
-    return tuple(int(n) for n in read_attrs(Path(path))["block"])
+    # Another program may just be putting a larger store in its place.
+    there = [one for one in (Path(path), before_of(Path(path))) if one.is_dir() and any(one.iterdir())]
+    return tuple(int(n) for n in read_attrs(there[0])["block"]) if there else None
+
+
+def before_of(place: Path) -> Path:
+    """Return where a store is while a larger one takes its place."""
+    return place.with_name(f".{place.name}.before")
 
 
 def create(
@@ -251,7 +261,7 @@ def create(
     """Make a store, which appears at once, in the place of what is there."""
     import zarr
 
-    part, before = (place.with_name(f".{place.name}.{word}") for word in ("part", "before"))
+    part, before = place.with_name(f".{place.name}.part"), before_of(place)
 
     def clean() -> None:
         shutil.rmtree(part, ignore_errors=True)
@@ -277,7 +287,7 @@ def create(
 
 def restore(place: Path) -> None:
     """Put back a store that was to be replaced when its program was killed."""
-    before = place.with_name(f".{place.name}.before")
+    before = before_of(place)
     if before.exists():
         if place.exists():
             shutil.rmtree(before, ignore_errors=True)

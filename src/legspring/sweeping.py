@@ -96,9 +96,9 @@ def sweep(
     -------
     xarray.Dataset
         Over the grid, or over ``point``, and ``branch``: the measures, and ``outcome``, what became of a gait there (0:
-        it is one; its attributes say what other numbers mean). Measures of what is no gait are missing. With a store
-        only what is looked at is read; the folder may be opened by `legspring.open_sweep` at any time, also while
-        the work goes on.
+        it is one; its attributes say what other numbers mean); and ``found``, how many gaits there are at each point.
+        Measures of what is no gait are missing. With a store only what is looked at is read; the folder may be opened
+        by `legspring.open_sweep` at any time, also while the work goes on.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def sweep(
     plan = plan_of(animal, points, grid, some, wanted, measures, starts, branches, block_in(store))
     threads = checked_workers(workers)
     chance = {"seed": seed, "samples": samples} if samples is not None else {}
-    layout = layout_of(plan, animal, {"sampling": sampling} | chance)
+    layout = layout_of(plan, {"sampling": sampling} | chance)
     # Points may be added: which there are, coordinates say; and blocks are as they were made.
     parts = {name: value for name, value in asdict(plan).items() if name not in ("values", "low", "high", "width")}
     identity = json.loads(json.dumps({"version": code_stamp(), "sampling": sampling, **parts}))
@@ -159,16 +159,10 @@ def run(
         return
 
     def work(block: Block) -> None:
-        result.write(block, shaped(layout, block, block_of(plan, layout.where(block))))
+        result.write(block, layout.shaped(block, block_of(plan, layout.where(block))))
         tick(layout.count(block))
 
     in_threads(work, todo, workers)
-
-
-def shaped(layout: Layout, block: Block, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the arrays of a block, whose first axis counts its points, in the form that the whole has."""
-    shape = tuple(part.stop - part.start for part in layout.where(block))
-    return {name: array.reshape(*shape, *array.shape[1:]) for name, array in values.items()}
 
 
 def fates_of(found: "xr.Dataset") -> list[str]:
@@ -178,4 +172,6 @@ def fates_of(found: "xr.Dataset") -> list[str]:
         zip(np.atleast_1d(about["flag_values"]).tolist(), str(about["flag_meanings"]).split("; "), strict=True)
     )
     counts = Counter(values.ravel().tolist())
-    return [f"{count}: {words[one]}" for one, count in counts.most_common() if one not in (GAIT, NO_FURTHER)]
+    left = int(np.sum(np.maximum(found["found"].values - values.shape[-1], 0)))
+    more = [f"{left}: further gaits, for which there is no room among the branches"] if left else []
+    return [f"{count}: {words[one]}" for one, count in counts.most_common() if one not in (GAIT, NO_FURTHER)] + more

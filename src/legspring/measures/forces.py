@@ -10,6 +10,10 @@ from legspring.flow import Flow
 from legspring.kernel.measure import ALL_LEGS, largest_force
 
 LATERAL, FORE_AFT, MAGNITUDE = 0, 1, 2
+SHARES = np.array([1e-9, 0.25, 0.5, 0.75, 1.0 - 1e-9])
+"""Places within a step of the integrator at which the direction of a leg is looked at."""
+PULL = 1e-6
+"""Force, in units of m g, from which on a leg pulls at the ground."""
 
 
 def peak_force(run: Flow, leg: int) -> NDArray[np.float64]:
@@ -39,12 +43,6 @@ def net_force(run: Flow, *, steps: int = 1) -> tuple[NDArray[np.float64], NDArra
     high = [largest_force(run.tape, ALL_LEGS, axis, 1.0, 0.0, end) for axis in (LATERAL, FORE_AFT)]
     low = [0.0 - largest_force(run.tape, ALL_LEGS, axis, -1.0, 0.0, end) for axis in (LATERAL, FORE_AFT)]
     return np.array(high) / run.weight, np.array(low) / run.weight
-
-
-SHARES = np.array([1e-9, 0.25, 0.5, 0.75, 1.0 - 1e-9])
-"""Places within a step of the integrator at which the direction of a leg is looked at."""
-PULL = 1e-6
-"""Force, in units of m g, from which on a leg pulls at the ground."""
 
 
 def needed_friction(run: Flow) -> float:

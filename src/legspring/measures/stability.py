@@ -1,5 +1,7 @@
 """Stability of a fixed point of a return map, from its Jacobian."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +30,13 @@ def eigenvalues(jacobian: NDArray[np.float64]) -> NDArray[np.complex128]:
     """Eigenvalues of a Jacobian, ``(n,)``, largest first."""
     values = np.linalg.eigvals(jacobian).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def without(values: NDArray[np.complex128], kept: Iterable[float]) -> NDArray[np.complex128]:
+    """Return multipliers without those, one each, that are what they are because something is conserved."""
+    for value in kept:
+        values = np.delete(values, int(np.argmin(np.abs(values - value))))
+    return values
 
 
 def largest_magnitude(jacobian: NDArray[np.float64]) -> float:
