@@ -468,7 +468,7 @@ def test_outputs_are_checked_before_the_work(
 
 def test_outputs_of_an_atlas_are_checked_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
-    monkeypatch.setattr("legspring.mapping.atlas", lambda *_, **__: pytest.fail("searched"))
+    monkeypatch.setattr("legspring.atlases.atlas", lambda *_, **__: pytest.fail("searched"))
     assert "must end in .nc" in error("atlas", "cockroach", "--out", tmp_path / "a.txt")
     assert "must exist" in error("atlas", "cockroach", "--out", tmp_path / "nowhere" / "a.nc")
     out = ["--out", str(tmp_path / "a.nc"), "--figures"]
@@ -500,7 +500,7 @@ BEFORE = [
 def test_numbers_are_checked_before_the_work(
     command: str, option: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    for name in ("solve.search_gaits", "mapping.atlas", "simulation.flow", "peterson2011.reproduce.reproduce"):
+    for name in ("solve.search_gaits", "atlases.atlas", "simulation.flow", "peterson2011.reproduce.reproduce"):
         monkeypatch.setattr(f"legspring.{name}", lambda *_, **__: pytest.fail("worked"))
     here = [*HERE, *(["--speed", "0.3", "--family", "B"] if option == "--phase" else [])]
     if command == "animate":
@@ -523,7 +523,7 @@ def test_strides_are_checked_before_the_work(text: str, monkeypatch: pytest.Monk
     "text", ["0:90:0", "0:1e9:1e-9", "::", "nan:1:1", "0:1:1e-320", "0:inf:1", "\uff11:2:1", ":" * 9999]
 )
 def test_grids_are_checked_before_the_work(text: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr("legspring.mapping.atlas", lambda *_, **__: pytest.fail("searched"))
+    monkeypatch.setattr("legspring.atlases.atlas", lambda *_, **__: pytest.fail("searched"))
     assert "must be START:STOP:STEP" in error("atlas", "cockroach", "--out", tmp_path / "a.nc", "--slopes", text)
 
 

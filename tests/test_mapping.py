@@ -10,10 +10,11 @@ import pytest
 import xarray as xr
 
 import legspring as ls
-from legspring import Animal
+from legspring import Animal, blocks, sweeping
 from legspring.files import save_netcdf
-from legspring.mapping import HEADINGS, SLOPES_DEG, atlas, find_all
+from legspring.mapping import FOLLOW, HEADINGS, SLOPES_DEG, Grid, find_all, find_on
 from legspring.measures.registry import MEASURES, OF_RECOVERIES, mapped, yaws
+from legspring.stores import finished
 from tests.conftest import Cells
 
 
@@ -24,7 +25,7 @@ def small(roach: ls.Animal) -> xr.Dataset:
 
 def test_schema(small: xr.Dataset) -> None:
     measures = (*mapped(ls.cockroach()), *OF_RECOVERIES)
-    assert list(small.data_vars) == [measure.name for measure in measures]
+    assert list(small.data_vars) == [*(measure.name for measure in measures), "outcome"]
     cell = {"slope_deg": 3, "heading": 2, "branch": 2}
     assert dict(small.sizes) == cell | {"leg": 3, "single_leg": 6, "axis": 2, "impulse": 2}
     for measure in measures:
@@ -65,7 +66,12 @@ def test_a_body_that_yaws_has_more_to_say(rigid: ls.Animal) -> None:
 def test_missing_where_there_is_no_gait(small: xr.Dataset) -> None:
     empty = small.sel(heading=0.45)
     assert np.all(empty.family.values == "")
-    assert all(np.all(np.isnan(v.values)) for name, v in empty.data_vars.items() if name != "family")
+    others = empty.drop_vars(["family", "outcome"])
+    assert all(np.all(np.isnan(v.values)) for v in others.data_vars.values())
+    meanings = dict(
+        zip(small["outcome"].attrs["flag_values"], small["outcome"].attrs["flag_meanings"].split("; "), strict=True)
+    )
+    assert {meanings[n] for n in np.unique(empty["outcome"])} == {"no further gait", "the search has found nothing"}
 
 
 def test_file_holds_the_dataset(small: xr.Dataset, tmp_path: Path) -> None:
@@ -87,9 +93,48 @@ def test_a_failed_save_leaves_nothing_behind(small: xr.Dataset, tmp_path: Path) 
     assert [path.name for path in tmp_path.iterdir()] == ["atlas.nc"]
 
 
+def test_a_map_is_kept_in_blocks(roach: Animal, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    grid: dict[str, Any] = {"slopes_deg": [20, 25, 30, 35, 40], "headings": [0.2, 0.3, 0.4], "impulses": [0.5]}
+    whole, store, worked = ls.atlas(roach, **grid), tmp_path / "map.zarr", blocks.block_of
+    calls = list[int]()
+
+    def stopped(*given: Any) -> Any:
+        calls.append(1)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return worked(*given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweeping, "block_of", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            ls.atlas(roach, **grid, store=store, workers=1)
+        done, count = finished(store)
+        assert 2 == done < count
+        calls[:] = [1] * 10
+        again = ls.atlas(roach, **grid, store=store, workers=1)
+        assert len(calls) == 10 + count - done
+    xr.testing.assert_identical(again.drop_attrs(), whole.drop_attrs())
+    # Families are searched for in each block, and all of a place are there wherever blocks end.
+    for slope_deg, heading in ((25, 0.3), (30, 0.2), (40, 0.4)):
+        here = whole.sel(slope_deg=slope_deg, heading=heading)
+        assert int((here["family"] != "").sum()) == len(ls.find_gaits(roach, slope_deg=slope_deg, heading=heading))
+
+
+def test_places_of_which_nothing_can_be_asked(roach: Animal) -> None:
+    """A leg is longer than what its actuation takes off it; the grid goes on around places where it is not."""
+    over = {"F.length": [0.01, 0.032], "F.actuation": [0.005, 0.016]}
+    maps = ls.atlas(roach, over=over, slope_deg=45, heading=0.15, impulses=())
+    meanings = dict(
+        zip(maps["outcome"].attrs["flag_values"], maps["outcome"].attrs["flag_meanings"].split("; "), strict=True)
+    )
+    words = [meanings[n] for n in maps["outcome"].isel(branch=0).values.ravel().tolist()]
+    assert words[1] == "there is no such animal, or nothing of the kind can be asked of it"
+    assert words[3] == "a gait" and words.count(words[1]) == 1
+
+
 def test_threads_do_not_change_the_result(roach: ls.Animal) -> None:
     one, two = (
-        atlas(roach, slopes_deg=[0, 5], headings=[0.2, 0.25], impulses=(), workers=workers) for workers in (1, 2)
+        ls.atlas(roach, slopes_deg=[0, 5], headings=[0.2, 0.25], impulses=(), workers=workers) for workers in (1, 2)
     )
     xr.testing.assert_identical(one.drop_attrs(), two.drop_attrs())
 
@@ -127,7 +172,6 @@ def test_what_is_let_go_is_in_the_map() -> None:
 def test_both_methods_find_the_same(roach: Animal) -> None:
     grid: dict[str, Any] = {"slopes_deg": range(0, 91, 15), "headings": (0.1, 0.2, 0.3), "impulses": ()}
     search, follow = (ls.atlas(roach, method=method, **grid) for method in ("search", "follow"))
-    assert "0 gaits by search alone" in follow.attrs["search"]
     assert follow["speed"].values == pytest.approx(search["speed"].values, rel=1e-9, nan_ok=True)
     assert bool((follow["sheet"] >= 0).where(follow["speed"].notnull(), True).all())
 
@@ -138,7 +182,8 @@ def test_one_gait_leads_to_all_of_the_thesis(roach: Animal, thesis_map: Cells) -
     maps = ls.atlas(roach, method="follow", impulses=(), workers=2)
     known = maps["speed"].notnull()
     assert int(known.sum()) == sum(map(len, thesis_map.values())) == 286
-    assert "0 gaits by search alone" in maps.attrs["search"]
+    found = find_on(Grid(roach, {"slope_deg": SLOPES_DEG, "heading": HEADINGS}), method=FOLLOW)
+    assert found.effort["gaits by search alone"] == 0
     for (slope, heading), gaits in thesis_map.items():
         cell = maps.sel(slope_deg=slope, heading=heading)
         assert cell["speed"].values[: len(gaits)] == pytest.approx([gait.speed for gait in gaits], rel=1e-9)

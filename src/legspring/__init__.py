@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from legspring.atlases import atlas as atlas
     from legspring.basins import basin as basin
     from legspring.boundaries import boundary as boundary
     from legspring.boundary_charts import load_boundary as load_boundary
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from legspring.following import follow_connected as follow_connected
     from legspring.fronts import pareto as pareto
     from legspring.gait import Gait as Gait
-    from legspring.mapping import atlas as atlas
     from legspring.model import Animal as Animal
     from legspring.model import ModelError as ModelError
     from legspring.model import cockroach as cockroach
@@ -45,7 +45,7 @@ _HOMES = {
     "IntegrationError": "flow",
     "ModelError": "model",
     "animate": "drawing.film",
-    "atlas": "mapping",
+    "atlas": "atlases",
     "basin": "basins",
     "boundary": "boundaries",
     "cockroach": "model",

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import math
 import threading
 from collections import Counter
 from collections.abc import Sequence
@@ -13,9 +14,10 @@ from legspring.batches import GAIT, MEASURES, NOT_REACHED, REASONS, Batch, gait_
 from legspring.candidates import Judge, Trial, box_of
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
-from legspring.mapping import Grid
-from legspring.plans import DOUBLE, NO_FURTHER, NO_GAIT, UNASKABLE, Plan, layout_of
-from legspring.solve import search_gaits
+from legspring.mapping import Found, Grid, find_on
+from legspring.measures.registry import OF_RECOVERIES, Measure
+from legspring.netting import Place
+from legspring.plans import COUNTS, DOUBLE, NO_FURTHER, NO_GAIT, UNASKABLE, Plan, layout_of
 from legspring.spreading import neighbours_of, reached
 
 SAME = 1e-6
@@ -30,8 +32,7 @@ def block_of(plan: Plan, where: tuple[slice, ...]) -> dict[str, np.ndarray]:
         points = plan.points(where)
         blank = blank_of(plan, len(points))
         if not plan.gaits:
-            for row, values in enumerate(points):
-                search_at(plan, values, row, blank)
+            search_on(plan, plan.grids(where), blank)
             return blank
         shape = tuple(part.stop - part.start for part in where) if plan.grid else None
         starts = list[Floats]()
@@ -40,6 +41,7 @@ def block_of(plan: Plan, where: tuple[slice, ...]) -> dict[str, np.ndarray]:
             starts.append(follow(plan, batch, points, shape, number, blank))  # type: ignore[arg-type]
             mark_doubles(blank, starts, number)
         blank["found"][:] = np.sum(blank["outcome"] == GAIT, axis=1)
+        blank["rejected"][:] = np.sum(blank["outcome"] > GAIT, axis=1)
         return blank
 
 
@@ -90,13 +92,14 @@ def follow_to(
     for one in plan.about:
         if one.name in MEASURES:
             out[one.name][rows[good], number] = seen[one.name][good]
+    for one in plan.freed:
+        if one.name in batch.problem.unknowns:
+            out[one.name][rows[good], number] = seen.p[good, batch.problem.places[one.name]]
     values = seen.multipliers[good]
     out["multipliers"][rows[good], number, : values.shape[1]] = np.stack([values.real, values.imag], axis=-1)
     others = [one for one in plan.about if one.name not in MEASURES]
-    for row in np.flatnonzero(good).tolist() if others else []:
-        gait = gait_of(batch, places[rows[row]], seen.p[row])
-        for one in others:
-            out[one.name][rows[row], number] = one.of(gait)
+    for row in np.flatnonzero(good).tolist() if others or plan.impulses else []:
+        tell_more(plan, others, gait_of(batch, places[rows[row]], seen.p[row]), int(rows[row]), number, out)
     starts[rows] = seen.p
     return starts
 
@@ -141,10 +144,23 @@ def follow_alone(
 def tell(plan: Plan, gait: Gait, row: int, number: int, out: dict[str, np.ndarray]) -> None:
     """Write what is said of a gait."""
     out["family"][row, number] = plan.families.index(gait.family)
-    for one in plan.about:
-        out[one.name][row, number] = one.of(gait)
+    for one in plan.freed:
+        out[one.name][row, number] = gait.freed.get(one.name, math.nan)
+    tell_more(plan, plan.about, gait, row, number, out)
     values = gait.multipliers
     out["multipliers"][row, number, : len(values)] = np.stack([values.real, values.imag], axis=-1)
+
+
+def tell_more(
+    plan: Plan, measures: Sequence[Measure], gait: Gait, row: int, number: int, out: dict[str, np.ndarray]
+) -> None:
+    """Write some measures of a gait, and how it recovers."""
+    for one in measures:
+        out[one.name][row, number] = one.of(gait)
+    if plan.impulses and "energy" not in gait.conserved:
+        steps = gait.recovery_steps(plan.impulses)
+        for one in OF_RECOVERIES:
+            out[one.name][row, number] = one.of(steps)
 
 
 def mark_doubles(out: dict[str, np.ndarray], starts: Sequence[Floats], number: int) -> None:
@@ -161,24 +177,32 @@ def mark_doubles(out: dict[str, np.ndarray], starts: Sequence[Floats], number: i
         alike = np.all((off <= SAME * size + SAME) | np.isinf(size), axis=1) & (out["outcome"][:, number] == GAIT)
         rows = np.flatnonzero(alike & (out["outcome"][:, other] == GAIT))
         for name, array in out.items():
-            if name != "found":
+            if name not in COUNTS:
                 array[rows, number] = DOUBLE if name == "outcome" else -1 if name == "family" else np.nan
 
 
-def search_at(plan: Plan, values: Floats, row: int, out: dict[str, np.ndarray]) -> None:
-    """Search for all gaits at a point, and write what is said of them."""
-    animal, asked = plan.creature, json.loads(plan.asked)
-    over = {name: (value,) for name, value in zip(plan.names, values.tolist(), strict=True)}
-    try:
-        own, wanted = Grid(animal, over, asked).at(tuple(0 for _ in over))
-        search = search_gaits(own, starts=plan.starts, **wanted)
-    except ValueError:
-        out["outcome"][row], out["found"][row] = UNASKABLE, 0
-        return
-    out["outcome"][row], out["found"][row] = NO_FURTHER, len(search.gaits)
-    if not search.gaits:
-        reasons = Counter(rejection.reason for rejection in search.rejections).most_common(1)
+def search_on(plan: Plan, grids: Sequence[Grid], out: dict[str, np.ndarray]) -> None:
+    """Search for all gaits at the points of some grids, and write what is said of them."""
+    row = 0
+    for grid in grids:
+        found = find_on(grid, method=plan.method, starts=plan.starts, workers=1)
+        for place in grid.places:
+            if place in found.gaits:
+                tell_all(plan, found, place, row, out)
+            else:
+                out["outcome"][row], out["found"][row], out["rejected"][row] = UNASKABLE, 0, 0
+            row += 1
+
+
+def tell_all(plan: Plan, found: Found, place: Place, row: int, out: dict[str, np.ndarray]) -> None:
+    """Write what is said of a place at which gaits were searched for."""
+    gaits, rejections = found.gaits[place], found.rejections[place]
+    out["outcome"][row], out["found"][row], out["rejected"][row] = NO_FURTHER, len(gaits), len(rejections)
+    if not gaits:
+        reasons = Counter(rejection.reason for rejection in rejections).most_common(1)
         out["outcome"][row, 0] = 1 + REASONS.index(reasons[0][0]) if reasons else NO_GAIT
-    for number, gait in enumerate(search.gaits[: plan.branches]):
+    for number, gait in enumerate(gaits[: plan.branches]):
         out["outcome"][row, number] = GAIT
         tell(plan, gait, row, number, out)
+        if "sheet" in out:
+            out["sheet"][row, number] = found.sheets.get((place, number), -1)

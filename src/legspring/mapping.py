@@ -1,7 +1,6 @@
-"""Gaits over a grid, of slopes and headings for instance, with all their measures, as an xarray.Dataset."""
+"""Gaits on a grid, by searching in every cell and in those around, or by following; what maps consist of."""
 
 import json
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -12,39 +11,31 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
 
 from legspring.asking import check_tuned, checked_targets, problems_for
 from legspring.checks import (
-    MOST_STARTS,
-    checked_grid,
-    checked_names,
-    checked_vector,
-    checked_whole,
     checked_workers,
-    shown,
 )
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
 from legspring.layout import slope_for, unit_and_words
-from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped, measured
-from legspring.measures.robustness import LARGEST_IMPULSE
+from legspring.measures.registry import BY_NAME, Measure
 from legspring.model import Animal
 from legspring.netting import Group, Net, Place
 from legspring.parallel import in_threads
 from legspring.problem import TARGETS, GaitProblem
 from legspring.progress import progress_bar
-from legspring.solve import is_among, number_branches, sort, without_doubles, zeros
+from legspring.solve import Rejection, is_among, number_branches, sort, without_doubles, zeros
 from legspring.starts import spread, starts_for
 
 SLOPES_DEG = tuple(float(slope) for slope in range(0, 91, 5))
 HEADINGS = tuple(round(0.05 * n, 2) for n in range(10))
 IMPULSE = {"units": "m v_des", "long_name": "sideways impulse"}
 IMPULSES = tuple(round(0.1 * n, 1) for n in range(-8, 9))
-STARTS, YAWING_STARTS, MORE_STARTS = 4, 8, 24
+STARTS, YAWING_STARTS, MORE_STARTS = 8, 16, 24
 """Starts for each family in each cell; where the body yaws; and where nothing is known of where gaits lie.
 
-Neighbours give more.
+Neighbours give more; with these, blocks of a few cells find what the whole grid does.
 """
 SEARCH, FOLLOW = "search", "follow"
 METHODS = (SEARCH, FOLLOW)
@@ -84,6 +75,15 @@ class Grid:
         changed = {name: value for name, value in values.items() if name not in asked}
         animal = self.animal.replace(**changed) if changed else self.animal
         return animal, {**self.asked, **asked}
+
+    def can_be_asked(self, place: Place) -> bool:
+        """Whether there is such an animal at a place, of which gaits of the kind can be asked."""
+        try:
+            for family in self.animal.families:
+                self.problems(place, family)
+        except ValueError:
+            return False
+        return True
 
     def problems(self, place: Place, family: str) -> list[GaitProblem]:
         """Return the problems whose solutions are the gaits of one family at a place."""
@@ -139,11 +139,24 @@ def _spread(cells: dict[Place, Cell], workers: int) -> int:
 
 
 class Found(NamedTuple):
-    """Gaits by place, numbered; counts of starts, steps simulated and so on; and the sheet of each gait, if known."""
+    """What was found on a grid.
+
+    Attributes
+    ----------
+    gaits
+        By place, numbered; of places at which nothing of the kind can be asked, nothing is said.
+    effort
+        Counts of starts, steps simulated and so on.
+    sheets
+        Of each gait, by place and branch, if known.
+    rejections
+        Solutions that are no gaits, by place.
+    """
 
     gaits: dict[Place, tuple[Gait, ...]]
     effort: dict[str, int]
     sheets: dict[tuple[Place, int], int]
+    rejections: dict[Place, list[Rejection]]
 
 
 def find_on(
@@ -162,8 +175,9 @@ def find_on(
     workers = checked_workers(workers)
     starts = starts_for_each(grid.animal) if starts is None else starts
     effort = {"starts": 0, "steps": 0, "solutions rejected": 0}
-    places = grid.places
+    places = grid.places if method == FOLLOW else [place for place in grid.places if grid.can_be_asked(place)]
     problems = {family: {place: grid.problems(place, family) for place in places} for family in grid.animal.families}
+    rejections: dict[Place, list[Rejection]] = {place: [] for place in places}
     groups = {key: some for each in problems.values() for key, some in by_contacts(each).items()}
     net = Net(grid.over, groups)
     if method == FOLLOW:
@@ -182,16 +196,18 @@ def find_on(
             effort["steps"] += sum(points) + _spread(cells, workers)
             sorted_out = in_threads(lambda c: sort(c.problem, c.zeros), cells.values(), workers, tick)
             gaits[key] = {place: one for place, (one, _) in zip(cells, sorted_out, strict=True)}
-            effort["solutions rejected"] += sum(len(rejections) for _, rejections in sorted_out)
+            for place, (_, some_rejected) in zip(cells, sorted_out, strict=True):
+                rejections[place] += some_rejected
+    effort["solutions rejected"] = sum(map(len, rejections.values()))
     if method == FOLLOW:
         effort["gaits by search alone"] = follow_further(net, gaits)
-    found: dict[Place, list[Gait]] = {place: [] for place in grid.places}
+    found: dict[Place, list[Gait]] = {place: [] for place in places}
     for family, each in problems.items():
         for place, several in each.items():
             here = [gait for key, some in gaits.items() if key[0] == family for gait in some.get(place, [])]
-            found[place] += without_doubles(here, several) if len(several) > 1 else here
+            found[place] += without_doubles(here, several) if len(several) > 1 or several[0].system.contacts else here
     numbered = {place: number_branches(here) for place, here in found.items()}
-    return Found(numbered, effort, sheets_of(net, numbered) if method == FOLLOW else {})
+    return Found(numbered, effort, sheets_of(net, numbered) if method == FOLLOW else {}, rejections)
 
 
 def follow_further(net: Net, gaits: dict[Group, dict[Place, list[Gait]]]) -> int:
@@ -273,160 +289,6 @@ def find_all(
     check_tuned(animal, "for a map over slope and heading")
     grid = Grid(animal, {"slope_deg": tuple(slopes_deg), "heading": tuple(headings)})
     return find_on(grid, method=method, starts=starts, workers=workers, progress=progress)[:2]
-
-
-def grid_of(
-    animal: Animal,
-    over: Mapping[str, Sequence[float]] | None,
-    slopes_deg: Sequence[float] | None,
-    headings: Sequence[float] | None,
-    asked: Mapping[str, Any],
-) -> Grid:
-    """Return the grid that a map is over, checked.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    wanted = {name: value for name, value in asked.items() if value is not None and value != ()}
-    if over is None:
-        check_tuned(animal, "for a map over slope and heading; other maps take over={'slope_deg': [...], ...}")
-        over = {
-            "slope_deg": SLOPES_DEG if slopes_deg is None else slopes_deg,
-            "heading": HEADINGS if headings is None else headings,
-        }
-    elif slopes_deg is not None or headings is not None:
-        raise ValueError("over: must be left out where slopes_deg or headings are given")
-    if not isinstance(over, Mapping) or not over:
-        raise ValueError(f"over = {shown(over)}: must map parameters to values, as in {{'slope_deg': [0, 10]}}")
-    limits, words = {"slope_deg": 90.0, "heading": math.pi / 2}, {"slope_deg": "slopes_deg", "heading": "headings"}
-    axes = {
-        name: checked_grid(words.get(name, f"over[{shown(name)}]"), values, limits.get(name, math.inf))
-        for name, values in over.items()
-    }
-    if both := [name for name in axes if name in wanted]:
-        raise ValueError(f"{both[0]} = {shown(wanted[both[0]])}: must be left out, as it varies")
-    grid = Grid(animal, axes, wanted)
-    for ends in {tuple(0 for _ in axes), tuple(len(values) - 1 for values in axes.values())}:
-        for family in animal.families:
-            grid.problems(ends, family)
-    return grid
-
-
-def atlas(
-    animal: Animal,
-    *,
-    slopes_deg: Sequence[float] | None = None,
-    headings: Sequence[float] | None = None,
-    over: Mapping[str, Sequence[float]] | None = None,
-    actuation: ArrayLike | None = None,
-    slope_deg: float | None = None,
-    heading: float | None = None,
-    speed: float | None = None,
-    mean_speed: float | None = None,
-    energy: float | None = None,
-    apex_height: float | None = None,
-    lateral_drift: float | None = None,
-    free: Sequence[str] = (),
-    mirrored: bool | None = None,
-    impulses: Sequence[float] = IMPULSES,
-    method: str = SEARCH,
-    starts: int | None = None,
-    workers: int | None = None,
-    progress: bool = False,
-) -> xr.Dataset:
-    """Map the gaits of an animal over slope and heading, or over any parameters.
-
-    Parameters
-    ----------
-    animal
-        The animal.
-    slopes_deg, headings
-        The grid, rising: degrees, rad; by default, for an animal that is tuned to its desired speed, 0 to 90 deg and 0
-        to 0.45 rad.
-    over
-        Another grid: the values, rising, of ``slope_deg``, of targets such as ``energy``, or of parameters of the
-        animal (see `legspring.parameters`), as in ``{"slope_deg": [0, 10], "F.stiffness": [1.0, 1.5]}``.
-    actuation
-        Magnitudes for each pair of legs, m; by default the animal's.
-    slope_deg, heading, speed, mean_speed, energy, apex_height, lateral_drift, free, mirrored
-        What gaits are asked for everywhere (see `search_gaits`).
-    impulses
-        Sideways impulses to recover from, in units of m v_des; none: no recovery.
-    method
-        ``"search"``: in every cell, from some starts and from what is found in the cells around. ``"follow"``: a few
-        gaits are followed along all lines of the grid, past folds and to other families, before that; so gaits have an
-        identity across cells, their ``sheet``.
-    starts
-        Starts of the search for each family (and set of contacts) in each cell; by default 4 for an animal that is
-        tuned to its desired speed, 8 if its body yaws, else 24.
-    workers
-        Threads; by default one a core.
-    progress
-        Whether to show a progress bar.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over slope_deg and heading, or what the grid is over, then branch, leg (pairs of legs), single_leg, axis and
-        impulse; missing where there is no gait, or no such measure, of which the attribute ``missing`` says why. Its
-        variables are those of ``legspring.measures.registry``, and the parameters that were let go by ``free``.
-
-    Raises
-    ------
-    ValueError
-        For a grid that does not rise, an unknown parameter, or a number out of range.
-    """
-    impulses = checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0)
-    workers = checked_workers(workers)
-    starts = checked_whole("starts", starts_for_each(animal) if starts is None else starts, 1, MOST_STARTS)
-    if method not in METHODS:
-        raise ValueError(f"method = {shown(method)}: must be one of {', '.join(METHODS)}")
-    if actuation is not None:
-        animal = animal.replace(actuation=checked_vector("actuation", actuation, len(animal.pairs)).tolist())
-    asked = {"slope_deg": slope_deg, "heading": heading, "speed": speed, "mean_speed": mean_speed, "energy": energy}
-    asked |= {"apex_height": apex_height, "lateral_drift": lateral_drift, "mirrored": mirrored}
-    grid = grid_of(animal, over, slopes_deg, headings, asked | {"free": checked_names("free", free)})
-    found, effort, sheets = find_on(grid, method=method, starts=starts, workers=workers, progress=progress)
-    gaits = [((*place, gait.branch), gait) for place, here in found.items() for gait in here]
-
-    measures = (*mapped(animal), *freed(free))
-
-    def values_of(gait: Gait) -> dict[str, Any]:
-        values = measured(measures, gait)
-        if "energy" in gait.conserved:
-            return values | {one.name: np.full(len(impulses), math.nan) for one in OF_RECOVERIES}
-        return values | measured(OF_RECOVERIES, gait.recovery_steps(impulses))
-
-    with progress_bar("measuring gaits", len(gaits), show=progress) as tick:
-        all_values = in_threads(lambda item: values_of(item[1]), gaits, workers, tick)
-    branches = 1 + max((gait.branch for _, gait in gaits), default=0)
-    coords = coordinates(animal, grid.over)
-    coords["branch"] = ("branch", np.arange(branches), BY_NAME["branch"].attributes)
-    coords["impulse"] = ("impulse", list(impulses), IMPULSE)
-    dataset = empty_map((*measures, *OF_RECOVERIES), (*grid.over, "branch"), coords)
-    fill(dataset, [(place, values) for (place, _), values in zip(gaits, all_values, strict=True)])
-    if method == FOLLOW:
-        numbers = np.full([*(len(values) for values in grid.over.values()), branches], -1)
-        for (place, branch), sheet in sheets.items():
-            numbers[(*place, branch)] = sheet
-        dataset["sheet"] = ((*grid.over, "branch"), numbers, SHEET)
-    say_what_is_missing(dataset, [gait for _, gait in gaits])
-    for one in OF_RECOVERIES if any("energy" in gait.conserved for _, gait in gaits) else ():
-        dataset[one.name].attrs["missing"] = "the animal keeps its energy, and what a push gives it"
-    return dataset.assign_attrs(provenance(animal, effort, list(grid.over)))
-
-
-def say_what_is_missing(dataset: xr.Dataset, gaits: Sequence[Gait]) -> None:
-    """Write into the variables' attributes why gaits do not have them."""
-    reasons: dict[str, set[str]] = {}
-    for gait in gaits:
-        for name, reason in gait.missing.items():
-            reasons.setdefault(name, set()).add(reason)
-    for name, some in reasons.items():
-        if name in dataset:
-            dataset[name].attrs["missing"] = "; ".join(sorted(some))
 
 
 def about(name: str) -> dict[str, str]:

@@ -14,24 +14,45 @@ from scipy.stats import qmc
 from legspring.asking import earlier_legs
 from legspring.batches import MEASURES, OUTCOMES, UNSOLVED
 from legspring.candidates import box_of
-from legspring.checks import LARGEST_SEED, MOST_STARTS, checked_choice, checked_names, checked_whole, shown
+from legspring.checks import (
+    LARGEST_SEED,
+    MOST_STARTS,
+    checked_choice,
+    checked_grid,
+    checked_names,
+    checked_whole,
+    shown,
+)
 from legspring.gait import Gait
 from legspring.kept import gait_as_json, gait_from_json
 from legspring.kernel.walker import Floats
-from legspring.mapping import Grid, about, coordinates, provenance
-from legspring.measures.registry import BY_NAME, Measure, mapped
+from legspring.mapping import (
+    FOLLOW,
+    IMPULSE,
+    MORE_STARTS,
+    SEARCH,
+    SHEET,
+    Grid,
+    about,
+    coordinates,
+    freed,
+    provenance,
+    starts_for_each,
+)
+from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped
+from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.measures.sensitivity import checked, value_of
 from legspring.model import Animal
 from legspring.solve import Origin
 from legspring.stores import Layout, Variable
 
 SAMPLINGS = ("grid", "list", "latin", "sobol", "random", "saltelli")
-STARTS, BRANCHES = 24, 4
-"""Starts of a search at each point; gaits that there is room for."""
+BRANCHES = 4
+"""Gaits that there is room for."""
 FOLLOWED, SEARCHED = 4096, 16
 """Points of a block where gaits are followed, and where they are searched for, at most."""
-FEWEST, BLOCKS = 512, 16
-"""Points from which on a block is worth its while; blocks that there are to be at least, if so."""
+FEWEST, FEW, BLOCKS = 512, 4, 16
+"""Points from which on a block is worth its while, in the same order; blocks that there are to be at least, if so."""
 NO_GAIT, NO_FURTHER, DOUBLE, UNASKABLE = -3, -4, -5, -6
 MEANINGS = OUTCOMES | {
     NO_GAIT: "the search has found nothing",
@@ -40,6 +61,16 @@ MEANINGS = OUTCOMES | {
     UNASKABLE: "there is no such animal, or nothing of the kind can be asked of it",
 }
 """What may become of a gait at a point."""
+METHODS_IN_WORDS = {
+    "given": "followed from the given gaits",
+    SEARCH: "searched for at each point",
+    FOLLOW: "followed along all lines of the grid, and searched for at each point",
+}
+COUNTS = {
+    "found": "how many gaits there are, whether there is room for them or not",
+    "rejected": "how many solutions are no gaits",
+}
+"""What is counted at each point."""
 QUICK = tuple(name for name in MEASURES if name in BY_NAME)
 """Measures that are made of arrays; others take some milliseconds for each gait."""
 
@@ -64,6 +95,10 @@ class Plan:
         Ranges within which gaits are followed.
     width
         Points of a block along each dimension; None for what seems best.
+    impulses
+        Sideways, from which gaits are to recover; none: no recovery.
+    method
+        Of the search: within a block, ``"search"``; or ``"follow"``, for which all points of a grid are one block.
     """
 
     animal: str
@@ -78,6 +113,8 @@ class Plan:
     low: tuple[float, ...]
     high: tuple[float, ...]
     width: tuple[int, ...] | None = None
+    impulses: tuple[float, ...] = ()
+    method: str = SEARCH
 
     @cached_property
     def sizes(self) -> dict[str, int]:
@@ -92,7 +129,10 @@ class Plan:
         if self.width is not None:
             return self.width
         sizes = list(self.sizes.values())
-        most = min(FOLLOWED, max(FEWEST, math.prod(sizes) // BLOCKS)) if self.gaits else SEARCHED
+        if self.method == FOLLOW:
+            return tuple(sizes)
+        most, least = (FOLLOWED, FEWEST) if self.gaits else (SEARCHED, FEW)
+        most = min(most, max(least, math.prod(sizes) // BLOCKS))
         widths, left = [1] * len(sizes), float(most)
         for n, axis in enumerate(sorted(range(len(sizes)), key=lambda axis: sizes[axis])):
             widths[axis] = max(1, min(sizes[axis], round(left ** (1.0 / (len(sizes) - n)))))
@@ -134,6 +174,23 @@ class Plan:
     def about(self) -> tuple[Measure, ...]:
         """What is said of gaits."""
         return tuple(BY_NAME[name] for name in self.measures)
+
+    @cached_property
+    def freed(self) -> tuple[Measure, ...]:
+        """Parameters that were let go and are not among the measures, of which the values found are said."""
+        free = [*json.loads(self.asked).get("free", ()), *(name for gait in self.followed for name in gait.freed)]
+        return freed(tuple(dict.fromkeys(name for name in free if name not in self.measures)))
+
+    def grids(self, where: tuple[slice, ...]) -> list[Grid]:
+        """Return some points, in their order, as grids: one, or one for each point of a list."""
+        asked = json.loads(self.asked)
+        if not self.grid:
+            return [
+                Grid(self.creature, dict(zip(self.names, zip(point, strict=True), strict=True)), asked)
+                for point in self.points(where).tolist()
+            ]
+        parts = {name: axis[part] for name, axis, part in zip(self.names, self.values, where, strict=True)}
+        return [Grid(self.creature, parts, asked)]
 
 
 def checked_over(
@@ -207,9 +264,11 @@ def plan_of(
     gaits: Sequence[Gait],
     asked: Mapping[str, Any],
     measures: Sequence[str] | None,
-    starts: int,
+    starts: int | None,
     branches: int,
     width: tuple[int, ...] | None,
+    impulses: Sequence[float] = (),
+    method: str = SEARCH,
 ) -> Plan:
     """Return what is asked, checked.
 
@@ -226,6 +285,8 @@ def plan_of(
     if both := [name for name in over if name in asked]:
         raise ValueError(f"{both[0]} = {shown(asked[both[0]])}: must be left out, as it varies")
     low, high = ([end(values) for values in over.values()] for end in (min, max))
+    if starts is None:
+        starts = starts_for_each(animal) if grid else MORE_STARTS
     room = checked_whole("branches", branches, 1, 100)
     if gaits:
         for gait in gaits:
@@ -258,6 +319,8 @@ def plan_of(
         tuple(low),
         tuple(high),
         width,
+        checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0),
+        method,
     )
 
 
@@ -276,8 +339,10 @@ def layout_of(plan: Plan, more: Mapping[str, Any]) -> Layout:
         coords[name] = (name if plan.grid else "point", np.array(values), about(name))
     coords["branch"] = ("branch", np.arange(plan.branches), {"long_name": "number of the gait"})
     variables = {}
+    own["impulse"] = ("impulse", np.array(plan.impulses), IMPULSE)
     lengths = {name: len(values) for name, (_, values, *_) in own.items()}
-    for one in plan.about:
+    recoveries = OF_RECOVERIES if plan.impulses else ()
+    for one in (*plan.about, *plan.freed, *recoveries):
         whole = (*shape, *(lengths[dim] for dim in one.dimensions))
         variables[one.name] = Variable((*dims, *one.dimensions), whole, "float64", math.nan, one.attributes)
         coords |= {dim: own[dim] for dim in one.dimensions}
@@ -293,13 +358,15 @@ def layout_of(plan: Plan, more: Mapping[str, Any]) -> Layout:
     variables["family"] = Variable(dims, shape, "int16", -1, {"long_name": "pairs of legs that push"} | flags)
     flags = {"flag_values": list(MEANINGS), "flag_meanings": "; ".join(MEANINGS.values())}
     variables["outcome"] = Variable(dims, shape, "int16", UNSOLVED, {"long_name": "what became of a gait"} | flags)
-    words = {"long_name": "how many gaits there are, whether there is room for them or not", "units": "1"}
-    variables["found"] = Variable(dims[:-1], shape[:-1], "int16", -1, words)
+    for name, words in COUNTS.items():
+        variables[name] = Variable(dims[:-1], shape[:-1], "int16", -1, {"long_name": words, "units": "1"})
+    if plan.method == FOLLOW:
+        variables["sheet"] = Variable(dims, shape, "int32", -1, SHEET)
     attrs = (
         provenance(animal, {}, list(plan.names))
         | dict(more)
         | {
-            "method": "followed from the given gaits" if plan.gaits else "searched for at each point",
+            "method": METHODS_IN_WORDS["given" if plan.gaits else plan.method],
             "machine": f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}",
             "settings": json.dumps({"asked": json.loads(plan.asked), "starts": plan.starts, "measures": plan.measures}),
             "given_gaits": json.dumps(plan.gaits),

@@ -22,7 +22,7 @@ from legspring.files import code_stamp
 from legspring.gait import Gait
 from legspring.model import Animal
 from legspring.parallel import in_threads
-from legspring.plans import BRANCHES, NO_FURTHER, STARTS, Plan, checked_over, layout_of, plan_of
+from legspring.plans import BRANCHES, NO_FURTHER, Plan, checked_over, layout_of, plan_of
 from legspring.progress import progress_bar
 from legspring.stores import Block, InMemory, Layout, OnDisk, block_in, opened
 
@@ -48,7 +48,8 @@ def sweep(
     lateral_drift: float | None = None,
     free: Sequence[str] = (),
     mirrored: bool | None = None,
-    starts: int = STARTS,
+    impulses: Sequence[float] = (),
+    starts: int | None = None,
     branches: int = BRANCHES,
     store: str | os.PathLike[str] | None = None,
     workers: int | None = None,
@@ -79,8 +80,11 @@ def sweep(
         (``legspring.plans.QUICK``). Others take milliseconds for each gait. Multipliers are always there.
     slope_deg, heading, speed, mean_speed, energy, apex_height, lateral_drift, free, mirrored
         What gaits are asked for everywhere, where they are searched for (see `legspring.search_gaits`).
+    impulses
+        Sideways impulses to recover from, in units of m v_des; none: no recovery.
     starts, branches
-        Of the search at each point, for each family; and for how many gaits there is room.
+        Of the search at each point, for each family, by default 8 or 16 on a grid, where neighbours give more, else 24;
+        and for how many gaits there is room.
     store
         A folder (Zarr) that the result is written to, block by block. Whatever ends the program, the same call goes on
         where it was; and one with more values after those of an axis adds them. Without, all is kept in memory.
@@ -123,13 +127,24 @@ def sweep(
     if not isinstance(some, Sequence) or not all(isinstance(gait, Gait) for gait in some):
         raise ValueError(f"gaits = {shown(gaits)}: must be a gait, or several")
     points, grid = checked_over(over, samples, sampling, seed), sampling == "grid"
-    plan = plan_of(animal, points, grid, some, wanted, measures, starts, branches, block_in(store))
-    threads = checked_workers(workers)
+    plan = plan_of(animal, points, grid, some, wanted, measures, starts, branches, block_in(store), impulses)
     chance = {"seed": seed, "samples": samples} if samples is not None else {}
-    layout = layout_of(plan, {"sampling": sampling} | chance)
+    return carried_out(plan, {"sampling": sampling} | chance, store, workers, cluster, progress)
+
+
+def carried_out(
+    plan: Plan,
+    more: Mapping[str, Any],
+    store: str | os.PathLike[str] | None,
+    workers: int | None,
+    cluster: Any,
+    progress: bool,
+) -> "xr.Dataset":
+    """Carry out a plan, of whose result ``more`` is said; see `sweep`."""
+    threads, layout = checked_workers(workers), layout_of(plan, more)
     # Points may be added: which there are, coordinates say; and blocks are as they were made.
     parts = {name: value for name, value in asdict(plan).items() if name not in ("values", "low", "high", "width")}
-    identity = json.loads(json.dumps({"version": code_stamp(), "sampling": sampling, **parts}))
+    identity = json.loads(json.dumps({"version": code_stamp(), "sampling": more["sampling"], **parts}))
     begin = time.perf_counter()
     with nullcontext(InMemory(layout)) if store is None else opened(store, layout, identity) as result:
         todo = result.missing()

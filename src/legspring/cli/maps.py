@@ -13,6 +13,7 @@ from legspring.cli.options import (
     AnimalName,
     ApexHeight,
     Asymmetric,
+    Cluster,
     Energy,
     FigureFile,
     Free,
@@ -23,6 +24,8 @@ from legspring.cli.options import (
     OwnFamily,
     Slope,
     Speed,
+    StoreFolder,
+    Workers,
     WorkWeights,
     check_figure,
     check_slope,
@@ -85,6 +88,9 @@ def atlas(
             "sheets that hang together.",
         ),
     ] = "search",
+    store: StoreFolder = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
     figures: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Draw Figures 4.1 to 4.5 of the thesis, or other maps, into this directory."),
@@ -106,9 +112,10 @@ def atlas(
     check_output(out, [".nc", ".mat"])
     if figures is not None:
         make_directory(figures)
-    from legspring import mapping
+    from legspring.atlases import atlas as map_gaits
+    from legspring.mapping import IMPULSES
 
-    maps = mapping.atlas(
+    maps = map_gaits(
         creature,
         slopes_deg=slopes_deg,
         headings=radians,
@@ -124,7 +131,10 @@ def atlas(
         free=parse_names(free),
         mirrored=False if asymmetric else None,
         actuation=magnitudes,
-        impulses=() if no_recovery else mapping.IMPULSES,
+        impulses=() if no_recovery else IMPULSES,
+        store=store,
+        cluster=cluster,
+        workers=workers,
         progress=sys.stderr.isatty(),
     )
     found = maps["family"].values != ""
@@ -173,19 +183,17 @@ def sweep(
         str | None, typer.Option(metavar="NAMES", help="What to say of gaits, separated by commas.", show_default=False)
     ] = None,
     starts: Annotated[
-        int, typer.Option(parser=integer, metavar="NUMBER", help="Starts of a search at each point, for each family.")
-    ] = 24,
-    store: Annotated[
-        Path | None,
-        typer.Option(metavar="FOLDER", help="Zarr: what was stopped goes on where it was.", show_default=False),
+        int | None,
+        typer.Option(
+            parser=integer,
+            metavar="NUMBER",
+            help="Starts of a search at each point, for each family; by default 8 or 16 on a grid, else 24.",
+            show_default=False,
+        ),
     ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(metavar="WHERE", help="Work on Dask: local, or tcp://ADDRESS:PORT.", show_default=False),
-    ] = None,
-    workers: Annotated[
-        int | None, typer.Option(parser=integer, metavar="NUMBER", help="Threads; by default one a core.")
-    ] = None,
+    store: StoreFolder = None,
+    cluster: Cluster = None,
+    workers: Workers = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Save all of it: .nc (netCDF), .csv or .mat (MATLAB).", show_default=False),

@@ -153,6 +153,17 @@ WorkWeights = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print a list of flat JSON objects; SI units, angles in radians.")]
+StoreFolder = Annotated[
+    Path | None,
+    typer.Option("--store", metavar="FOLDER", help="Zarr: what was stopped goes on where it was.", show_default=False),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option("--cluster", metavar="WHERE", help="Work on Dask: local, or tcp://ADDRESS:PORT.", show_default=False),
+]
+Workers = Annotated[
+    int | None, typer.Option("--workers", parser=integer, metavar="NUMBER", help="Threads; by default one a core.")
+]
 FigureFile = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw a figure: .png, .pdf or .svg.")]
 FootfallFile = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw when each leg is down: .png, .pdf or .svg.")

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from legspring.mapping import atlas
+from legspring.atlases import atlas
 from legspring.model import load_animal
 from legspring.peterson2011.claims.chapter2 import SWITCH_DEG, steepest
 from legspring.peterson2011.report import Section

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from legspring.atlases import atlas
 from legspring.checks import checked_workers
 from legspring.gait import Gait
-from legspring.mapping import atlas, find_all, provenance
+from legspring.mapping import find_all, provenance
 from legspring.model import Animal, load_animal
 from legspring.parallel import processes
 from legspring.peterson2011.claims.evidence import animal_of, exists
