@@ -15,9 +15,9 @@ import xarray as xr
 import legspring as ls
 from legspring import pushing, roughness, settling
 from legspring.constraints import Constraint
+from legspring.exchange import KINDS
 from legspring.memory import Memory
 from legspring.objective import Candidate, Penalty, Score
-from legspring.optima import KINDS
 from legspring.optimisation import End
 
 ODD = np.array([0.1, -0.0, math.inf, math.nan, 5e-324, 1 / 3])

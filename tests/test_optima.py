@@ -11,13 +11,14 @@ import pytest
 import xarray as xr
 
 import legspring as ls
-from legspring import optima
+from legspring import exchange
 from legspring.asking import tuned
 from legspring.files import save_netcdf
 from legspring.measures.registry import BY_NAME
 from legspring.optima import optimal_atlas, select
 from legspring.optimum import TIE
 from legspring.solve import refined
+from legspring.stores import finished
 from tests.made_up import DIMENSIONS, FAMILIES, made_up_optima
 
 CELL = ("objective", "slope_deg", "heading", "family")
@@ -141,7 +142,7 @@ def test_what_was_computed_is_not_computed_again(
         raise AssertionError("computed again")
 
     for name in ("scan", "explore", "finished"):
-        monkeypatch.setattr(optima, name, refused)
+        monkeypatch.setattr(exchange, name, refused)
     xr.testing.assert_equal(optimal_atlas(roach, **ONE, cache=tmp_path), one)
     with pytest.raises(AssertionError, match="computed again"):
         optimal_atlas(roach, **ONE, cache=tmp_path, seed=1)
@@ -156,11 +157,11 @@ def test_a_search_that_was_stopped_goes_on(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(optima, "finished", stopped)
+        patch.setattr(exchange, "finished", stopped)
         with pytest.raises(KeyboardInterrupt):
             optimal_atlas(roach, **ONE, cache=tmp_path)
     # The searches are done; only the last part is left to do.
-    monkeypatch.setattr(optima, "scan", stopped)
+    monkeypatch.setattr(exchange, "scan", stopped)
     start = time.perf_counter()
     resumed = optimal_atlas(roach, **ONE, cache=tmp_path)
     xr.testing.assert_equal(resumed, one)
@@ -176,9 +177,47 @@ def test_a_search_that_was_stopped_goes_on(
     xr.testing.assert_equal(optimal_atlas(roach, **ONE, cache=tmp_path), one)
 
 
+def test_a_store_holds_the_result(
+    roach: ls.Animal, one: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store = tmp_path / "optima.zarr"
+
+    def stopped(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(exchange, "finished", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            optimal_atlas(roach, **ONE, store=store)
+    assert finished(store) == (0, 1) and len(list((tmp_path / ".optima.zarr.search").iterdir())) > 0
+    with monkeypatch.context() as patch:
+        patch.setattr(exchange, "scan", stopped)
+        xr.testing.assert_equal(optimal_atlas(roach, **ONE, store=store), one)
+    assert finished(store) == (1, 1) and not (tmp_path / ".optima.zarr.search").exists()
+    with monkeypatch.context() as patch:
+        patch.setattr(exchange, "search", stopped)
+        again = optimal_atlas(roach, **ONE, store=store)
+    xr.testing.assert_equal(again, one)
+    for name, variable in one.variables.items():
+        assert again[name].dims == variable.dims and again[name].attrs == variable.attrs, name
+    assert select(again).family.values.tolist() == select(one).family.values.tolist()
+    with pytest.raises(ValueError, match="is of another sweep, of which search is different"):
+        optimal_atlas(roach, **ONE, store=store, seed=1)
+
+
+@pytest.mark.long
+def test_a_cluster_does_not_change_the_result(roach: ls.Animal, one: xr.Dataset) -> None:
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        xr.testing.assert_equal(optimal_atlas(roach, **ONE, cluster=client), one)
+
+
 def test_other_optima_are_starts(roach: ls.Animal, default: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no search of its own finds anything, what is known is still there."""
-    monkeypatch.setattr(optima, "scan", lambda *_: [])
+    monkeypatch.setattr(exchange, "scan", lambda *_: [])
     nothing = optimal_atlas(roach, **ONE)
     assert not np.isfinite(nothing.penalised).any()
     known = optimal_atlas(roach, **ONE, starts=default).penalised

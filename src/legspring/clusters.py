@@ -2,16 +2,18 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from legspring.blocks import block_of
 from legspring.checks import shown
+from legspring.parallel import Processes
 from legspring.plans import Plan
 from legspring.stores import Block, InMemory, Layout, OnDisk
 
 if TYPE_CHECKING:
     from distributed import Client
 
+T = TypeVar("T")
 RETRIES = 5
 """How often a block is begun again whose worker was lost."""
 AHEAD = 4
@@ -48,6 +50,34 @@ def client_of(cluster: Any, workers: int) -> Iterator["Client"]:
         raise ValueError(f"cluster = {shown(cluster)}: no scheduler answers there") from None
     with client:
         yield client
+
+
+class Elsewhere(Processes):
+    """The threads of a cluster, in the place of processes."""
+
+    def __init__(self, client: "Client") -> None:
+        super().__init__(max(1, sum(client.nthreads().values())))
+        self.client = client
+
+    def call(self, function: Callable[..., T], *arguments: Any) -> T:
+        """Call a function on the cluster."""
+        result: T = self.client.submit(function, *arguments, retries=RETRIES, pure=False).result()
+        return result
+
+    def map(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]]) -> Iterator[T]:
+        """Call a function, which may use `call`, here with each of some tuples of arguments; results in their order."""
+        return self._threads.map(lambda task: function(*task), tasks)
+
+
+@contextmanager
+def on_dask(cluster: Any, workers: int) -> Iterator[Elsewhere]:
+    """Yield what stands for processes on a cluster (see `client_of`)."""
+    with client_of(cluster, workers) as client:
+        shared = Elsewhere(client)
+        try:
+            yield shared
+        finally:
+            shared.close()
 
 
 def on_cluster(

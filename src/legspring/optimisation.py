@@ -34,7 +34,7 @@ from legspring.solve import ROUGH_GOAL
 from legspring.starts import ROUGH_ACCURACY
 
 METHODS: dict[Method, tuple[str, str]] = {
-    "default": ("legspring.optimisation:search", "legspring.optima:search"),
+    "default": ("legspring.optimisation:search", "legspring.exchange:search"),
     "nelder-mead": ("legspring.peterson2011.search:search", "legspring.peterson2011.search:search_map"),
 }
 """Who searches for the best of one cell, and of a map."""

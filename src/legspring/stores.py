@@ -50,7 +50,7 @@ class Variable:
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     dtype: str
-    fill: float | int
+    fill: float | int | str
     about: Mapping[str, Any]
 
 
@@ -159,7 +159,8 @@ def checksum(arrays: Iterable[np.ndarray]) -> int:
     digest = hashlib.blake2b(digest_size=8)
     for array in arrays:
         # One nan is as good as another.
-        digest.update(np.ascontiguousarray(np.where(np.isnan(array), np.nan, array)).tobytes())
+        same = np.where(np.isnan(array), np.nan, array) if array.dtype.kind == "f" else array
+        digest.update(np.ascontiguousarray(same).tobytes())
     return int.from_bytes(digest.digest(), "little") or 1
 
 

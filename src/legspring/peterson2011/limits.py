@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
+from legspring.exchange import candidate_of
 from legspring.kernel.walker import Floats
 from legspring.model import Animal
 from legspring.objective import Objective
-from legspring.optima import candidate_of
 from legspring.optimisation import FIRST_ITERATIONS, polish
 from legspring.parallel import processes
 

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import minimize
 
+from legspring.exchange import GOALS, NODES, Case, Cases, Key, Pool, Spot
 from legspring.kernel.walker import Floats
 from legspring.objective import Candidate, Goal, Objective
-from legspring.optima import GOALS, NODES, Case, Cases, Key, Pool, Spot
 from legspring.optimisation import End, finished, rank, scan
 from legspring.optimum import Optimum
 
