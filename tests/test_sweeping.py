@@ -1,11 +1,5 @@
 """Sweeps over anything, which lose nothing."""
 
-import os
-import random
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -311,7 +305,7 @@ def test_what_is_done_is_not_done_again(
         calls.append(1)
         if len(calls) == 4:
             raise KeyboardInterrupt
-        return work(plan, where)
+        return work(plan)
 
     path, asked = tmp_path / "runs.zarr", {"gaits": climbing, "workers": 1}
     whole = ls.sweep(roach, GRID, **asked)  # type: ignore[arg-type]
@@ -440,48 +434,6 @@ def _about(path: Path) -> tuple[Any, Any]:
     variables = {"outcome": stores.Variable(("slope_deg", "branch"), shape, "int16", -2, {})}
     coords: dict[str, tuple[Any, ...]] = {"slope_deg": ("slope_deg", data["slope_deg"].values, {})}
     return stores.Layout({"slope_deg": shape[0]}, (shape[0],), variables, coords, {}), identity
-
-
-SCRIPT = """
-import sys, numpy as np, legspring as ls
-from legspring import plans
-plans.FOLLOWED, plans.FEWEST = 2, 1
-roach = ls.cockroach()
-gaits = ls.find_gaits(roach, slope_deg=45, heading=0.15)
-print("begins", flush=True)
-ls.sweep(roach, {"slope_deg": np.linspace(40, 50, 40)}, gaits=gaits, store=sys.argv[1], workers=2)
-print("done", flush=True)
-"""
-
-
-def kills(path: Path, count: int, seed: int) -> int:
-    """Kill a sweep at random moments so many times, then let it end; return how many kills hit it at work."""
-    rng, hit = random.Random(seed), 0
-    for _ in range(count):
-        with subprocess.Popen([sys.executable, "-c", SCRIPT, path], stdout=subprocess.PIPE, text=True) as process:
-            assert process.stdout is not None
-            assert process.stdout.readline() == "begins\n"
-            time.sleep(rng.uniform(0.0, 0.5))
-            os.kill(process.pid, signal.SIGKILL)
-            hit += "done" not in process.stdout.read()
-        if path.exists():
-            done, total = finished(path)
-            assert 0 <= done <= total == 20
-            open_sweep(path).load()
-    subprocess.run([sys.executable, "-c", SCRIPT, path], check=True, capture_output=True)
-    return hit
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="there is no such signal")
-@pytest.mark.parametrize("count", [5, pytest.param(50, marks=pytest.mark.long)])
-def test_killed_at_random_moments(tmp_path: Path, count: int) -> None:
-    path, other = tmp_path / "killed.zarr", tmp_path / "undisturbed.zarr"
-    assert kills(path, count, seed=count) > 0
-    assert kills(other, 0, seed=0) == 0
-    one, two = open_sweep(path).load(), open_sweep(other).load()
-    for name in two.variables:
-        assert np.array_equal(one[name].values, two[name].values, equal_nan=two[name].dtype.kind == "f"), name
-    assert not [file for file in tmp_path.iterdir() if file.name.endswith(".part")]
 
 
 @pytest.mark.long

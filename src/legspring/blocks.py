@@ -14,7 +14,7 @@ from legspring.batches import GAIT, MEASURES, NOT_REACHED, REASONS, Batch, gait_
 from legspring.candidates import Judge, Trial, box_of
 from legspring.gait import Gait
 from legspring.kernel.walker import Floats
-from legspring.mapping import Found, Grid, find_on
+from legspring.mapping import Found, find_on
 from legspring.measures.registry import OF_RECOVERIES, Measure
 from legspring.netting import Place
 from legspring.plans import COUNTS, DOUBLE, NO_FURTHER, NO_GAIT, UNASKABLE, Plan, layout_of
@@ -26,15 +26,15 @@ LOCAL = threading.local()
 """What each thread has for itself."""
 
 
-def block_of(plan: Plan, where: tuple[slice, ...]) -> dict[str, np.ndarray]:
-    """Return all that is said of the points of a block, ``(M, branch, ...)``; it depends on nothing else."""
+def block_of(plan: Plan) -> dict[str, np.ndarray]:
+    """Return all that is said of the points of a part of a plan, ``(M, branch, ...)``; it depends on nothing else."""
     with threadpool_limits(1):
-        points = plan.points(where)
+        points = plan.points
         blank = blank_of(plan, len(points))
         if not plan.gaits:
-            search_on(plan, plan.grids(where), blank)
+            search_on(plan, blank)
             return blank
-        shape = tuple(part.stop - part.start for part in where) if plan.grid else None
+        shape = tuple(plan.sizes.values()) if plan.grid else None
         starts = list[Floats]()
         for number, batch in enumerate(batches_of(plan)):
             follow = follow_to if isinstance(batch, Batch) else follow_alone
@@ -181,10 +181,10 @@ def mark_doubles(out: dict[str, np.ndarray], starts: Sequence[Floats], number: i
                 array[rows, number] = DOUBLE if name == "outcome" else -1 if name == "family" else np.nan
 
 
-def search_on(plan: Plan, grids: Sequence[Grid], out: dict[str, np.ndarray]) -> None:
-    """Search for all gaits at the points of some grids, and write what is said of them."""
+def search_on(plan: Plan, out: dict[str, np.ndarray]) -> None:
+    """Search for all gaits at the points of a plan, and write what is said of them."""
     row = 0
-    for grid in grids:
+    for grid in plan.grids:
         found = find_on(grid, method=plan.method, starts=plan.starts, workers=1)
         for place in grid.places:
             if place in found.gaits:

@@ -95,12 +95,13 @@ def on_cluster(
     with client_of(cluster, workers) as client:
         from distributed import as_completed
 
-        scattered, rest = client.scatter(plan, broadcast=True), list(todo)[::-1]
+        rest = list(todo)[::-1]
         names: dict[Any, Block] = {}
 
         def submitted() -> Any:
             block = rest.pop()
-            future = client.submit(block_of, scattered, layout.where(block), retries=RETRIES, pure=False)
+            # Each block brings all that it needs: what workers share is gone when they are.
+            future = client.submit(block_of, plan.part(layout.where(block)), retries=RETRIES, pure=False)
             names[future] = block
             return future
 

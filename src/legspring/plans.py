@@ -4,7 +4,7 @@ import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -139,11 +139,18 @@ class Plan:
             left = max(1.0, left / widths[axis])
         return tuple(widths)
 
-    def points(self, where: tuple[slice, ...]) -> Floats:
-        """Return the values at some points, ``(M, D)``."""
+    def part(self, where: tuple[slice, ...]) -> "Plan":
+        """Return the plan of some of the points: all that what is said of them depends on."""
+        parts = where if self.grid else where * len(self.values)
+        cut = tuple(values[part] for values, part in zip(self.values, parts, strict=True))
+        return replace(self, values=cut, width=None)
+
+    @cached_property
+    def points(self) -> Floats:
+        """The values at all points, ``(M, D)``."""
         if not self.grid:
-            return np.array([values[where[0]] for values in self.values]).T
-        axes = [np.array(values)[part] for values, part in zip(self.values, where, strict=True)]
+            return np.array(self.values).T
+        axes = [np.array(values) for values in self.values]
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
 
     @cached_property
@@ -181,16 +188,14 @@ class Plan:
         free = [*json.loads(self.asked).get("free", ()), *(name for gait in self.followed for name in gait.freed)]
         return freed(tuple(dict.fromkeys(name for name in free if name not in self.measures)))
 
-    def grids(self, where: tuple[slice, ...]) -> list[Grid]:
-        """Return some points, in their order, as grids: one, or one for each point of a list."""
+    @cached_property
+    def grids(self) -> list[Grid]:
+        """All points, in their order, as grids: one, or one for each point of a list."""
         asked = json.loads(self.asked)
-        if not self.grid:
-            return [
-                Grid(self.creature, dict(zip(self.names, zip(point, strict=True), strict=True)), asked)
-                for point in self.points(where).tolist()
-            ]
-        parts = {name: axis[part] for name, axis, part in zip(self.names, self.values, where, strict=True)}
-        return [Grid(self.creature, parts, asked)]
+        if self.grid:
+            return [Grid(self.creature, dict(zip(self.names, self.values, strict=True)), asked)]
+        each = (dict(zip(self.names, zip(point, strict=True), strict=True)) for point in self.points.tolist())
+        return [Grid(self.creature, over, asked) for over in each]
 
 
 def checked_over(

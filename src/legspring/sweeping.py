@@ -174,7 +174,7 @@ def run(
         return
 
     def work(block: Block) -> None:
-        result.write(block, layout.shaped(block, block_of(plan, layout.where(block))))
+        result.write(block, layout.shaped(block, block_of(plan.part(layout.where(block)))))
         tick(layout.count(block))
 
     in_threads(work, todo, workers)
