@@ -301,7 +301,7 @@ def test_what_is_done_is_not_done_again(
 ) -> None:
     work, calls = blocks.block_of, list[int]()
 
-    def counting(plan: Any, where: Any) -> Any:
+    def counting(plan: Any) -> Any:
         calls.append(1)
         if len(calls) == 4:
             raise KeyboardInterrupt
