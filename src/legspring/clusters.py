@@ -1,5 +1,6 @@
 """The same sweep on many machines: blocks as tasks of Dask."""
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,6 +14,7 @@ from legspring.stores import Block, InMemory, Layout, OnDisk
 if TYPE_CHECKING:
     from distributed import Client
 
+LOG = logging.getLogger("legspring")
 T = TypeVar("T")
 RETRIES = 5
 """How often a block is begun again whose worker was lost."""
@@ -40,6 +42,7 @@ def client_of(cluster: Any, workers: int) -> Iterator["Client"]:
         return
     if cluster == "local":
         with LocalCluster(n_workers=workers, threads_per_worker=1) as local, Client(local) as client:
+            say_where(client)
             yield client
         return
     if not isinstance(cluster, str) or "://" not in cluster:
@@ -49,7 +52,14 @@ def client_of(cluster: Any, workers: int) -> Iterator["Client"]:
     except (OSError, TimeoutError):
         raise ValueError(f"cluster = {shown(cluster)}: no scheduler answers there") from None
     with client:
+        say_where(client)
         yield client
+
+
+def say_where(client: "Client") -> None:
+    """Say where a cluster can be watched at work, if it can."""
+    if client.dashboard_link:
+        LOG.info("Dask's dashboard: %s", client.dashboard_link)
 
 
 class Elsewhere(Processes):

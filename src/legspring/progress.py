@@ -1,7 +1,13 @@
-"""Progress of long work, on the terminal's error stream."""
+"""Progress of long work, on the terminal's error stream or in a notebook."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from datetime import timedelta
+from html import escape
+
+BETWEEN = 0.2
+"""Seconds between two looks of a bar in a notebook, at least."""
 
 
 @contextmanager
@@ -32,6 +38,10 @@ def progress_bar(title: str, total: int, *, show: bool, rate: str = "") -> Itera
         def render(self, task: Task) -> Text:
             return Text(f"{task.finished_speed or task.speed or 0.0:.0f} {rate}/s")
 
+    console = Console(stderr=True)
+    if console.is_jupyter:
+        yield in_notebook(title, total, rate)
+        return
     columns: list[ProgressColumn] = [
         TextColumn("{task.description:24s}", markup=False),
         BarColumn(),
@@ -39,6 +49,34 @@ def progress_bar(title: str, total: int, *, show: bool, rate: str = "") -> Itera
         TimeElapsedColumn(),
         *([RateColumn(), TimeRemainingColumn()] if rate else []),
     ]
-    with Progress(*columns, console=Console(stderr=True), speed_estimate_period=300.0) as progress:
+    with Progress(*columns, console=console, speed_estimate_period=300.0) as progress:
         task = progress.add_task(title, total=total)
         yield lambda step: progress.advance(task, step)
+
+
+def in_notebook(title: str, total: int, rate: str) -> Callable[[int], None]:
+    """Show a bar in a notebook, whatever is installed there; return a function that moves it on."""
+    from IPython.display import HTML, display
+
+    begin = time.monotonic()
+    done, shown = 0, begin
+
+    def look() -> HTML:
+        seconds = time.monotonic() - begin
+        words = [f"{done}/{total}", str(timedelta(seconds=round(seconds)))]
+        if rate and done:
+            left = timedelta(seconds=round(seconds / done * (total - done)))
+            words += [f"{done / max(seconds, 1e-9):.0f} {rate}/s", f"{left} left"]
+        bar = f'<progress value="{done}" max="{total}" aria-label="{escape(title)}"></progress>'
+        return HTML(f"{escape(title)} {bar} {escape(' · '.join(words))}")  # type: ignore[no-untyped-call]
+
+    handle = display(look(), display_id=True)  # type: ignore[no-untyped-call]
+
+    def advance(step: int) -> None:
+        nonlocal done, shown
+        done += step
+        if done >= total or time.monotonic() - shown > BETWEEN:
+            shown = time.monotonic()
+            handle.update(look())
+
+    return advance
