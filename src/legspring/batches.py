@@ -240,8 +240,11 @@ class Batch:
                 break
         return at
 
-    def advanced(self, known: Solved, here: Floats, there: Floats) -> Solved:
-        """Continue solutions from places to others, ``(N, D)``, in parts where one step is not plausible."""
+    def advanced(self, known: Solved, here: Floats, there: Floats, across: Solved | None = None) -> Solved:
+        """Continue solutions from places to others, ``(N, D)``, in parts where one step is not plausible.
+
+        Where a place is halfway between two, ``across`` are the solutions on its other side.
+        """
         out = self.nowhere(len(known.z))
         todo = np.flatnonzero(known.there)
         for parts in PARTS:
@@ -255,7 +258,10 @@ class Batch:
                 goal = here[todo[going]] + (there[todo[going]] - here[todo[going]]) * part / parts
                 way = goal - places[going]
                 move = np.einsum("ndk,nd->nk", at.rates, way)
-                found = self.solved(goal, at.z + move)
+                near = at.z + move
+                if parts == 1 and across is not None:
+                    near = self._between(at, across.rows(todo), way, near)
+                found = self.solved(goal, near)
                 gone = self.problem.wrapped(found.z - at.z)
                 after = np.einsum("ndk,nd->nk", found.rates, way)
                 fine = found.there & agree(gone, move, after)
@@ -265,6 +271,13 @@ class Batch:
             out.put(todo[going], at)
             todo = np.delete(todo, going)
         return out
+
+    def _between(self, one: Solved, other: Solved, way: Floats, near: Floats) -> Floats:
+        """Return what is halfway between solutions, by a cubic, where both are of one sheet; what is near elsewhere."""
+        gone, before, after = other.z - one.z, *(np.einsum("ndk,nd->nk", it.rates, 2.0 * way) for it in (one, other))
+        whole = self.problem.wrapped(gone)
+        alike = agree(whole, before, after) & np.any(gone != 0.0, axis=1)
+        return np.where(alike[:, None], one.z + 0.5 * whole + 0.125 * (before - after), near)
 
     # Measures --------------------------------------------------------------------------------------------------
 
@@ -278,18 +291,19 @@ class Batch:
         whole = np.all(np.isfinite(maps), axis=(1, 2))
         maps = np.where(whole[:, None, None], maps, np.eye(len(self.names)))
         feet = self._feet
-        traits = Traits(self.system, p, feet.trivial.free(maps), *feet.seen(p))
+        work = np.full((len(p), len(self.system.animal.legs), 2), np.nan)
+        traits = Traits(self.system, p, feet.trivial.free(maps), *feet.seen(p, work))
         outcomes = np.zeros(len(p), dtype=np.int64)
         away = departs(traits)
         for reason, _, where in wrongs(traits):
             outcomes[where & (outcomes == GAIT)] = 1 + REASONS.index(reason)
         outcomes[(outcomes == GAIT) & (away | ~whole)] = 1 + REASONS.index(Invalid.DEPARTS)
-        return Measured(self, p, outcomes, maps, traits, seen.work, seen.seen[:, :, 0])
+        return Measured(self, p, outcomes, maps, traits, work, seen.seen[:, :, 0])
 
     @cached_property
     def _simulator(self) -> Simulator:
         along = self.system.along(self.names)
-        return Simulator(self.system, steps=1, along=along, work=True, everything=True, accuracy=TIGHT)
+        return Simulator(self.system, steps=1, along=along, everything=True, accuracy=TIGHT)
 
     @cached_property
     def _feet(self) -> Feet:

@@ -36,7 +36,8 @@ def reached(batch: Batch, places: Floats, shape: tuple[int, ...] | None) -> Solv
             if len(todo):
                 begun = np.flatnonzero(known.there)
                 near = begun[np.asarray(cKDTree(places[begun]).query(places[todo])[1])]
-                known.put(todo, batch.advanced(known.rows(near), places[near], places[todo]))
+                across = across_from(near, todo, shape, known) if shape is not None else near
+                known.put(todo, batch.advanced(known.rows(near), places[near], places[todo], known.rows(across)))
         spread_out(batch, places, neighbours_of(places, shape), known)
     return known
 
@@ -64,6 +65,19 @@ def levels_of(places: Floats, shape: tuple[int, ...] | None, seed: int) -> list[
         taken[rows] = True
         found.append(rows)
     return found
+
+
+def across_from(
+    near: NDArray[np.intp], todo: NDArray[np.intp], shape: tuple[int, ...], known: Solved
+) -> NDArray[np.intp]:
+    """Return the places of a grid that are as far from some, on the other side, as others are; or these again.
+
+    The latter where there is no such place, or where nothing is known of it.
+    """
+    far = 2 * np.array(np.unravel_index(todo, shape)) - np.array(np.unravel_index(near, shape))
+    inside = np.all((far >= 0) & (far < np.array(shape)[:, None]), axis=0)
+    found = np.where(inside, np.ravel_multi_index(tuple(far), shape, mode="clip"), near)
+    return np.where(known.there[found], found, near)
 
 
 def spread_out(batch: Batch, places: Floats, around: Sequence[Sequence[int]], known: Solved) -> None:

@@ -8,11 +8,11 @@ from legspring.kernel.contact import fill
 from legspring.kernel.dop853 import interpolate
 from legspring.kernel.jit import driver, formula, jit
 from legspring.kernel.launch import launch
-from legspring.kernel.length import law, phase_at
+from legspring.kernel.length import Pair, law, phase_at
 from legspring.kernel.many import take_step
-from legspring.kernel.measure import rates_of, step_span
+from legspring.kernel.measure import rates_of, step_span, write_work
 from legspring.kernel.motion import turn
-from legspring.kernel.pack import pack_directions
+from legspring.kernel.pack import MASS, STEP_DURATION, pack_directions
 from legspring.kernel.walker import (
     BEGUN,
     DAMPED,
@@ -74,37 +74,56 @@ def read_events(tape: Tape, lands: Floats, end: float, out: Floats) -> None:
 def read_legs(tape: Tape, w: Walker, lands: Floats, out: Floats) -> None:
     """Write how forces begin, how large they get, and whether legs turn over."""
     y = w.room
-    for i in range(out.shape[0]):
-        out[i, PEAK], out[i, OVER] = 0.0, 0.0
-        old_x = old_y = 0.0
-        for n in range(tape.counts[0]):
-            if tape.down[n, i] == 0.0:
-                old_x = old_y = 0.0
-                continue
-            x, h = tape.stance[n, i, FOOT_X, 0] - tape.y[n, X, 0], tape.stance[n, i, FOOT_Y, 0] - tape.y[n, Y, 0]
-            if x * old_x + h * old_y < 0.0:
-                out[i, OVER] = 1.0
-            old_x, old_y = x, h
-            for look in range(LOOKS + 1):
-                share = step_span(tape, n) * look / LOOKS
-                interpolate(tape.y[n], tape.dense[n], share, y)
-                s = tape.time[n] + share * tape.size[n]
-                lean, phase = turn(y), phase_at(s)
+    out[:, PEAK], out[:, OVER] = 0.0, 0.0
+    for n in range(tape.counts[0]):
+        for look in range(LOOKS + 1):
+            share = step_span(tape, n) * look / LOOKS
+            interpolate(tape.y[n], tape.dense[n], share, y)
+            s = tape.time[n] + share * tape.size[n]
+            lean, phase = turn(y), phase_at(s)
+            for i in range(out.shape[0]):
+                if tape.down[n, i] == 0.0:
+                    continue
                 force, rate = rates_of(tape, n, s, i, lean, phase, y)
                 out[i, PEAK] = max(out[i, PEAK], abs(force))
-                fresh = look == 0 and s == tape.stance[n, i, BEGUN, 0] and (n > 0 or lands[i] != 0.0)
-                if fresh and not abs(out[i, LANDING]) >= 0.0:
-                    # The foot is held where it is as seen from the body, which turns about its centre.
-                    spin = y[YAW_RATE, 0] if y.shape[0] == 6 else 0.0
-                    out[i, LANDING] = y[VY, 0] + spin * x
-                plain = tape.stance[n, i, MANNER, 0] != DAMPED
-                if fresh and plain and not abs(out[i, STARTING]) >= 0.0:
-                    out[i, STARTING] = w.contacts[i, SIDE] * (rate - law(s, tape.stance[n], i, phase)[1])
+                if look == 0:
+                    read_leg(tape, w, lands, n, i, s, rate, phase, out)
+
+
+@jit
+def read_leg(
+    tape: Tape, w: Walker, lands: Floats, n: int, i: int, s: float, rate: float, phase: Pair, out: Floats
+) -> None:
+    """Write whether a leg turns over at the beginning of a step of the integrator, and how it begins if it does."""
+    y = w.room
+    x, h = tape.stance[n, i, FOOT_X, 0] - tape.y[n, X, 0], tape.stance[n, i, FOOT_Y, 0] - tape.y[n, Y, 0]
+    if n > 0 and tape.down[n - 1, i] != 0.0:
+        old_x = tape.stance[n - 1, i, FOOT_X, 0] - tape.y[n - 1, X, 0]
+        old_y = tape.stance[n - 1, i, FOOT_Y, 0] - tape.y[n - 1, Y, 0]
+        if x * old_x + h * old_y < 0.0:
+            out[i, OVER] = 1.0
+    if s != tape.stance[n, i, BEGUN, 0] or (n == 0 and lands[i] == 0.0):
+        return
+    if not abs(out[i, LANDING]) >= 0.0:
+        # The foot is held where it is as seen from the body, which turns about its centre.
+        spin = y[YAW_RATE, 0] if y.shape[0] == 6 else 0.0
+        out[i, LANDING] = y[VY, 0] + spin * x
+    if tape.stance[n, i, MANNER, 0] != DAMPED and not abs(out[i, STARTING]) >= 0.0:
+        out[i, STARTING] = w.contacts[i, SIDE] * (rate - law(s, tape.stance[n], i, phase)[1])
 
 
 @driver
 def footfalls(
-    w: Walker, tape: Tape, p: Floats, steps: int, scale: float, lands: Floats, status: Ints, times: Floats, out: Floats
+    w: Walker,
+    tape: Tape,
+    p: Floats,
+    steps: int,
+    scale: float,
+    lands: Floats,
+    status: Ints,
+    times: Floats,
+    out: Floats,
+    work: Floats,
 ) -> None:
     """Simulate so many steps from each row of parameters, and see what each leg does.
 
@@ -122,6 +141,8 @@ def footfalls(
         ``(N,)``: filled with how it went, and how long it took.
     out
         ``(N, L, 8)``: filled, where it was nan.
+    work
+        ``(N, L, 2)``: positive and negative work of each leg in the first step, J; or none, for no work.
     """
     none = p[:0]
     pack_directions(none, w)
@@ -132,14 +153,19 @@ def footfalls(
         launch(p[row], none, w)
         for i in range(out.shape[1]):
             out[row, i, OLD] = w.contacts[i, DOWN]
-        status[row] = OK
+        status[row], first = OK, 0.0
         for step in range(1, steps + 1):
             status[row] = take_step(w, step, float(steps), scale, tape)
             if status[row] != OK:
                 break
+            if step == 1:
+                first = w.clock[TIME]
         times[row] = w.clock[TIME]
         if status[row] == OK and tape.counts[1] <= tape.events.shape[0]:
             read_events(tape, lands, w.clock[TIME], out[row])
             read_legs(tape, w, lands, out[row])
+            if work.shape[0] > 0:
+                write_work(tape, 0.0, first, w.room, w.struts, work[row])
+                work[row] *= p[row, MASS] / p[row, STEP_DURATION] ** 2
         elif status[row] == OK:
             status[row] = TAPE_FULL
