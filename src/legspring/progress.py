@@ -43,8 +43,9 @@ def progress_bar(title: str, total: int, *, show: bool, rate: str = "") -> Itera
         yield in_notebook(title, total, rate)
         return
     columns: list[ProgressColumn] = [
-        TextColumn("{task.description:24s}", markup=False),
-        BarColumn(),
+        # Eighty columns are room enough for all of it.
+        TextColumn("{task.description}" if rate else "{task.description:24s}", markup=False),
+        BarColumn(16 if rate else 40),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
         *([RateColumn(), TimeRemainingColumn()] if rate else []),
