@@ -196,6 +196,8 @@ def map_of(plan: Plan, found: xr.Dataset) -> xr.Dataset:
         dataset[name] = found[name]
     say_what_is_missing(dataset, animal)
     words = f"{plan.starts} starts for each family at each place, {int(found['rejected'].sum())} solutions rejected"
+    if "alone" in found:
+        words += f", {int(found['alone'].sum())} gaits by search alone"
     kept = {name: found.attrs[name] for name in ("machine", "settings", "seconds") if name in found.attrs}
     return dataset.assign_attrs(provenance(animal, {}, list(plan.names)) | kept | {"search": words})
 

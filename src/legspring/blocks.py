@@ -197,6 +197,8 @@ def search_on(plan: Plan, out: dict[str, np.ndarray]) -> None:
 def tell_all(plan: Plan, found: Found, place: Place, row: int, out: dict[str, np.ndarray]) -> None:
     """Write what is said of a place at which gaits were searched for."""
     gaits, rejections = found.gaits[place], found.rejections[place]
+    if "alone" in out:
+        out["alone"][row] = found.alone.get(place, 0)
     out["outcome"][row], out["found"][row], out["rejected"][row] = NO_FURTHER, len(gaits), len(rejections)
     if not gaits:
         reasons = Counter(rejection.reason for rejection in rejections).most_common(1)

@@ -1,6 +1,7 @@
 """Gaits on a grid, by searching in every cell and in those around, or by following; what maps consist of."""
 
 import json
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -151,12 +152,15 @@ class Found(NamedTuple):
         Of each gait, by place and branch, if known.
     rejections
         Solutions that are no gaits, by place.
+    alone
+        How many gaits there are at a place that the search has found, and no curve; where gaits were followed.
     """
 
     gaits: dict[Place, tuple[Gait, ...]]
     effort: dict[str, int]
     sheets: dict[tuple[Place, int], int]
     rejections: dict[Place, list[Rejection]]
+    alone: Mapping[Place, int]
 
 
 def find_on(
@@ -199,19 +203,19 @@ def find_on(
             for place, (_, some_rejected) in zip(cells, sorted_out, strict=True):
                 rejections[place] += some_rejected
     effort["solutions rejected"] = sum(map(len, rejections.values()))
-    if method == FOLLOW:
-        effort["gaits by search alone"] = follow_further(net, gaits)
+    alone = follow_further(net, gaits) if method == FOLLOW else {}
+    effort |= {"gaits by search alone": sum(alone.values())} if method == FOLLOW else {}
     found: dict[Place, list[Gait]] = {place: [] for place in places}
     for family, each in problems.items():
         for place, several in each.items():
             here = [gait for key, some in gaits.items() if key[0] == family for gait in some.get(place, [])]
             found[place] += without_doubles(here, several) if len(several) > 1 or several[0].system.contacts else here
     numbered = {place: number_branches(here) for place, here in found.items()}
-    return Found(numbered, effort, sheets_of(net, numbered) if method == FOLLOW else {}, rejections)
+    return Found(numbered, effort, sheets_of(net, numbered) if method == FOLLOW else {}, rejections, alone)
 
 
-def follow_further(net: Net, gaits: dict[Group, dict[Place, list[Gait]]]) -> int:
-    """Follow what only the search has found, add what that leads to, and return how many there were."""
+def follow_further(net: Net, gaits: dict[Group, dict[Place, list[Gait]]]) -> Mapping[Place, int]:
+    """Follow what only the search has found, add what that leads to, and return how many there were at each place."""
     alone = [
         (key, place, gait)
         for key, some in gaits.items()
@@ -228,7 +232,7 @@ def follow_further(net: Net, gaits: dict[Group, dict[Place, list[Gait]]]) -> int
         problem, here = net.problems[knot.group][knot.place], gaits[knot.group][knot.place]
         if not is_among(problem, knot.z, np.array([problem.z_of(gait) for gait in here]).reshape(-1, problem.size)):
             here += sort(problem, knot.z[None])[0]
-    return len(alone)
+    return Counter(place for _, place, _ in alone)
 
 
 def begin(net: Net, grid: Grid) -> None:

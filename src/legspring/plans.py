@@ -69,8 +69,9 @@ METHODS_IN_WORDS = {
 COUNTS = {
     "found": "how many gaits there are, whether there is room for them or not",
     "rejected": "how many solutions are no gaits",
+    "alone": "how many gaits the search has found, and no curve that was followed",
 }
-"""What is counted at each point."""
+"""What is counted at each point, the last where all is one block."""
 QUICK = tuple(name for name in MEASURES if name in BY_NAME)
 """Measures that are made of arrays; others take some milliseconds for each gait."""
 
@@ -364,6 +365,8 @@ def layout_of(plan: Plan, more: Mapping[str, Any]) -> Layout:
     flags = {"flag_values": list(MEANINGS), "flag_meanings": "; ".join(MEANINGS.values())}
     variables["outcome"] = Variable(dims, shape, "int16", UNSOLVED, {"long_name": "what became of a gait"} | flags)
     for name, words in COUNTS.items():
+        if name == "alone" and plan.method != FOLLOW:
+            continue
         variables[name] = Variable(dims[:-1], shape[:-1], "int16", -1, {"long_name": words, "units": "1"})
     if plan.method == FOLLOW:
         variables["sheet"] = Variable(dims, shape, "int32", -1, SHEET)
