@@ -11,7 +11,7 @@ import xarray as xr
 
 import legspring as ls
 from legspring import Animal, blocks, sweeping
-from legspring.files import save_netcdf
+from legspring.files import save_csv, save_netcdf
 from legspring.mapping import HEADINGS, SLOPES_DEG, find_all
 from legspring.measures.registry import MEASURES, OF_RECOVERIES, mapped, yaws
 from legspring.stores import finished
@@ -130,6 +130,34 @@ def test_places_of_which_nothing_can_be_asked(roach: Animal) -> None:
     words = [meanings[n] for n in maps["outcome"].isel(branch=0).values.ravel().tolist()]
     assert words[1] == "there is no such animal, or nothing of the kind can be asked of it"
     assert words[3] == "a gait" and words.count(words[1]) == 1
+
+
+def test_an_axis_may_be_a_measure(tmp_path: Path) -> None:
+    walker = ls.load_animal("walker")
+    maps = ls.atlas(walker, over={"energy": [810, 816]}, starts=16, store=tmp_path / "walks.zarr")
+    assert "energy" in maps.coords and maps["apex_height"].attrs["missing"] == "no flight begins in a step"
+    for energy in (810, 816):
+        gaits = ls.find_gaits(walker, energy=energy)
+        here = maps["mean_speed"].sel(energy=energy).values
+        assert here[: len(gaits)] == pytest.approx([gait.mean_speed for gait in gaits], rel=1e-9)
+    assert "the animal keeps its energy" in maps["recovered"].attrs["missing"]
+
+
+def test_maps_by_following_do_not_grow(roach: Animal, tmp_path: Path) -> None:
+    """Sheets are numbered all over."""
+    asked: dict[str, Any] = {"heading": 0.15, "method": "follow", "impulses": (), "store": tmp_path / "map.zarr"}
+    ls.atlas(roach, over={"slope_deg": [40, 45]}, **asked)
+    with pytest.raises(ValueError, match="is of another sweep, of which values is different"):
+        ls.atlas(roach, over={"slope_deg": [40, 45, 50]}, **asked)
+
+
+def test_a_map_as_a_table(small: xr.Dataset, tmp_path: Path) -> None:
+    save_csv(small, tmp_path / "map.csv")
+    lines = (tmp_path / "map.csv").read_text().splitlines()
+    assert len(lines) == 1 + small["outcome"].size
+    assert lines[0].startswith("slope_deg (degrees),heading (rad),branch,family,")
+    assert sum(",a gait" in line for line in lines) == int((small["family"] != "").sum())
+    assert sum("no further gait" in line for line in lines) > 0
 
 
 def test_threads_do_not_change_the_result(roach: ls.Animal) -> None:

@@ -1,5 +1,6 @@
 """Sweeps over anything, which lose nothing."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -49,7 +50,7 @@ def test_what_is_followed_is_what_a_search_finds(roach: Animal, found: xr.Datase
                         assert one[name].values == pytest.approx(wanted, rel=1e-7, abs=1e-8), name
                 parts = np.stack([gait.multipliers.real, gait.multipliers.imag], axis=-1)
                 assert one["multipliers"].values == pytest.approx(parts, abs=1e-7)
-                assert one["family"].attrs["flag_meanings"].split(", ")[int(one["family"])] == gait.family
+                assert one["family"].attrs["flag_meanings"].split("; ")[int(one["family"])] == gait.family
 
 
 def test_a_gait_keeps_its_number(climbing: list[Gait], found: xr.Dataset) -> None:
@@ -362,6 +363,76 @@ def test_values_may_be_added(roach: Animal, climbing: list[Gait], tmp_path: Path
             ls.sweep(roach, over, gaits=climbing, store=path)
 
 
+@pytest.mark.parametrize(
+    "what", ["slope_deg/c/0", "slope_deg/zarr.json", "speed/zarr.json", "done/zarr.json", "speed", "done", "branch"]
+)
+def test_what_is_around_blocks_is_mended(
+    roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    path, over = tmp_path / "runs.zarr", {"slope_deg": np.linspace(44.0, 46.0, 14)}
+    whole = ls.sweep(roach, over, gaits=climbing, store=path).load()
+    place = path / what
+    if place.is_dir():
+        shutil.rmtree(place)
+    else:
+        content = bytearray(place.read_bytes())
+        content[len(content) // 2] ^= 0x55
+        place.write_bytes(bytes(content))
+    calls = list[int]()
+
+    def counting(part: plans.Plan) -> Any:
+        calls.append(1)
+        return blocks.block_of(part)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweeping, "block_of", counting)
+        again = ls.sweep(roach, over, gaits=climbing, store=path)
+    for name in whole.variables:
+        assert np.array_equal(again[name].values, whole[name].values), name
+    # What was there of blocks, and known to be so, is not worked on again.
+    assert len(calls) == (finished(path)[1] if what in ("speed", "done") else 0)
+
+
+def test_a_link_is_the_store_that_it_leads_to(roach: Animal, climbing: list[Gait], tmp_path: Path) -> None:
+    path, link = tmp_path / "real.zarr", tmp_path / "link.zarr"
+    link.symlink_to(path)
+    ls.sweep(roach, {"slope_deg": [44.0, 45.0]}, gaits=climbing, store=link)
+    assert link.is_symlink() and finished(path) == finished(link)
+    ls.sweep(roach, {"slope_deg": [44.0, 45.0, 46.0]}, gaits=climbing, store=link)
+    assert link.is_symlink() and open_sweep(path).sizes["slope_deg"] == 3
+    with stores.opened(path, *_about(path)), pytest.raises(ValueError, match="in use"):
+        ls.sweep(roach, {"slope_deg": [44.0, 45.0, 46.0]}, gaits=climbing, store=link)
+
+
+def test_points_of_which_nothing_can_be_asked(roach: Animal) -> None:
+    """Wherever they are."""
+    for values in ([-1.0, 1.5], [1.5, -1.0]):
+        found = ls.sweep(roach, {"F.stiffness": values}, sampling="list", slope_deg=45, heading=0.15, starts=8)
+        outcome = dict(zip(values, found["outcome"].values[:, 0].tolist(), strict=True))
+        assert outcome == {-1.0: plans.UNASKABLE, 1.5: GAIT}
+    with pytest.raises(ValueError, match="slope"):
+        ls.sweep(roach, {"slope_deg": [95.0, 200.0]}, heading=0.15)
+
+
+def test_what_is_let_go_is_said() -> None:
+    leg = ls.load_animal("effective_leg")
+    over, asked = {"slope_deg": [44.0, 45.0]}, {"heading": 0.15, "free": ("T.angle",)}
+    gaits = ls.find_gaits(leg, slope_deg=45, **asked)  # type: ignore[arg-type]
+    searched, followed = ls.sweep(leg, over, **asked), ls.sweep(leg, over, gaits=gaits)  # type: ignore[arg-type]
+    for found in (searched, followed):
+        here = found["T.angle"].sel(slope_deg=45.0).dropna("branch").values
+        assert sorted(here) == pytest.approx(sorted(gait.freed["T.angle"] for gait in gaits), abs=1e-7)
+    with pytest.raises(ValueError, match=r"free = 'T\.angle': must be left out, as it varies"):
+        ls.sweep(leg, {"T.angle": [0.1, 0.2]}, slope_deg=20, **asked)  # type: ignore[arg-type]
+
+
+def test_recoveries(roach: Animal, climbing: list[Gait]) -> None:
+    found = ls.sweep(roach, {"slope_deg": [45.0]}, gaits=climbing, impulses=[-0.5, 0.5])
+    for gait in climbing:
+        steps = found["recovery_steps"].sel(branch=gait.branch, slope_deg=45.0).values
+        assert steps == pytest.approx(gait.recovery_steps([-0.5, 0.5]), nan_ok=True)
+
+
 def test_other_points_are_not_taken_for_these(roach: Animal, climbing: list[Gait], tmp_path: Path) -> None:
     ranges, asked = {"slope_deg": (40.0, 50.0)}, {"samples": 8, "sampling": "random", "gaits": climbing[:1]}
     ls.sweep(roach, ranges, seed=0, store=tmp_path / "a.zarr", **asked)  # type: ignore[arg-type]
@@ -410,10 +481,15 @@ def test_stores_that_are_refused(
     refused("of which measures is different", measures=["speed"])
     (tmp_path / "note").write_text("mine")
     refused("must be a folder, and is a file", store=tmp_path / "note")
+    refused("must be the name of a folder", store=5)
+    refused("must be the name of a folder", store="")
+    refused("must be the name of a folder", store="/")
+    with pytest.raises(ValueError, match=r"must be the store of a sweep$"):
+        open_sweep(tmp_path / "nowhere")
     refused("must exist", store=tmp_path / "nowhere" / "runs.zarr")
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "file").write_text("mine")
-    refused("must be a new folder, or the store of a sweep", store=tmp_path / "folder")
+    refused("must be the store of a sweep, or a new folder", store=tmp_path / "folder")
     with stores.opened(path, *_about(path)):
         refused("is in use by another program")
     with monkeypatch.context() as patch:

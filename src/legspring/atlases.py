@@ -199,14 +199,14 @@ def map_of(plan: Plan, found: xr.Dataset) -> xr.Dataset:
     if "alone" in found:
         words += f", {int(found['alone'].sum())} gaits by search alone"
     kept = {name: found.attrs[name] for name in ("machine", "settings", "seconds") if name in found.attrs}
-    return dataset.assign_attrs(provenance(animal, {}, list(plan.names)) | kept | {"search": words})
+    return dataset.assign_attrs(provenance(animal, list(plan.names)) | kept | {"search": words})
 
 
 def say_what_is_missing(dataset: xr.Dataset, animal: Animal) -> None:
     """Write into the variables' attributes why gaits do not have them."""
     there = dataset["family"].values != ""
     for one in mapped(animal):
-        if one.name not in dataset or not one.unit:
+        if one.name not in dataset.data_vars or not one.unit:
             continue
         lacks = np.isnan(dataset[one.name].values[there])
         rows = np.unique(lacks.reshape(len(lacks), -1), axis=0) if lacks.size else lacks

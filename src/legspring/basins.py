@@ -110,7 +110,7 @@ def basin(
         "seconds": time.perf_counter() - begin,
         "gait": json.dumps(at),
     }
-    return found.assign_attrs(provenance(gait.animal, {}) | attributes | {"title": f"Basins of {gait!r}"})
+    return found.assign_attrs(provenance(gait.animal) | attributes | {"title": f"Basins of {gait!r}"})
 
 
 def checked_axes(gait: Gait, over: Mapping[str, ArrayLike]) -> tuple[dict[str, Floats], str | None]:
@@ -352,7 +352,7 @@ def as_dataset(
     for name, (of, unit, about) in OF_ATTRACTORS.items():
         values = np.array([[of(here[n]) if n in here else math.nan for here in table] for n in numbers])
         found[f"attractor_{name}"] = (over, values if parameter else values[:, 0], {"units": unit, "long_name": about})
-    flags = {"flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())}
+    flags = {"flag_values": list(FATES), "flag_meanings": "; ".join(FATES.values())}
     words = "number of the attractor; below zero, " + ", ".join(f"{n}: {word}" for n, word in FATES.items())
     return xr.Dataset(
         {

@@ -154,20 +154,28 @@ def _for_matlab(values: Any) -> Any:
     return values.astype(object) if values.dtype.kind in "US" else values
 
 
-def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time",), *, whole: bool = False) -> None:
+def save_csv(
+    dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] | None = None, *, whole: bool | None = None
+) -> None:
     """Save a dataset as a table: a row for each place in some dimensions, a column such as force_FL_lateral (m g).
 
     Parameters
     ----------
     dataset
-        Of `legspring.simulate`, whose events, which have times of their own, are left out; or a map of gaits.
+        Of `legspring.simulate`, whose events, which have times of their own, are left out; or of gaits. Numbers that
+        stand for words, as in ``outcome``, are written as these.
     path
         The file; it appears whole, or not at all.
     rows
-        Dimensions that make the rows, those in which everything is missing left out; the others make columns.
+        Dimensions that make the rows; the others make columns. By default, those of gaits in a sweep or a map, else
+        ``time``.
     whole
-        Whether these are not left out.
+        Whether rows in which all numbers are missing are not left out; by default in a sweep, where words say why.
     """
+    is_sweep = "outcome" in dataset
+    rows = rows if rows is not None else tuple(map(str, dataset["outcome"].dims)) if is_sweep else ("time",)
+    whole = is_sweep if whole is None else whole
+    dataset = in_words(dataset)
     table = dataset[
         [name for name, series in dataset.data_vars.items() if set(rows) <= set(series.dims) and series.size]
     ]
@@ -189,6 +197,18 @@ def save_csv(dataset: "xr.Dataset", path: PathLike, rows: Sequence[str] = ("time
         writer.writerow([name if units[name] in ("", "1") else f"{name} ({units[name]})" for name in columns])
         for row in zip(*columns.values(), strict=True):
             writer.writerow([cell if isinstance(cell, str) else f"{cell:.12g}" for cell in row])
+
+
+def in_words(dataset: "xr.Dataset") -> "xr.Dataset":
+    """Return a dataset with words in the place of numbers that stand for them."""
+    words = {}
+    for name, series in dataset.data_vars.items():
+        if "flag_meanings" in series.attrs:
+            meanings = str(series.attrs["flag_meanings"]).split("; ")
+            known = dict(zip(np.atleast_1d(series.attrs["flag_values"]).tolist(), meanings, strict=True))
+            texts = np.array([known.get(one, "") for one in series.values.ravel().tolist()], dtype=object)
+            words[name] = (series.dims, texts.reshape(series.shape))
+    return dataset.assign(words)
 
 
 SAVERS = {".nc": save_netcdf, ".csv": save_csv, ".mat": save_mat}

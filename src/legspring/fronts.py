@@ -154,7 +154,7 @@ class Front:
         fill(dataset, [((n,), measured(measures, gait)) for n, gait in enumerate(self.gaits)])
         dataset = dataset.assign(about | {"gait": ("point", [gait_as_json(gait) for gait in self.gaits])})
         names = ", ".join(one.name.replace("_", " ") for one in self.criteria)
-        return dataset.assign_attrs(provenance(animal, {}) | attrs | {"title": f"{animal.name}: {names}"})
+        return dataset.assign_attrs(provenance(animal) | attrs | {"title": f"{animal.name}: {names}"})
 
 
 def pareto(

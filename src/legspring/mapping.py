@@ -355,9 +355,7 @@ def fill(dataset: xr.Dataset, known: Iterable[tuple[tuple[int, ...], Mapping[str
             array[place] = values[name]
 
 
-def provenance(
-    animal: Animal, effort: dict[str, int], over: Sequence[str] = ("slope_deg", "heading")
-) -> dict[str, Any]:
+def provenance(animal: Animal, over: Sequence[str] = ("slope_deg", "heading")) -> dict[str, Any]:
     """Say what a map shows and where it comes from: the attributes of its dataset."""
     words = " and ".join({"slope_deg": "slope"}.get(name, name) for name in over)
     return {
@@ -367,4 +365,4 @@ def provenance(
         "source": f"legspring {version('legspring')}",
         "references": animal.source,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",
-    } | ({"search": ", ".join(f"{count} {what}" for what, count in effort.items())} if effort else {})
+    }

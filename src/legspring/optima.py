@@ -28,7 +28,7 @@ from legspring.model import Animal
 from legspring.optimisation import METHODS
 from legspring.optimum import TIE, Method
 from legspring.parallel import processes
-from legspring.stores import Layout, Variable, opened
+from legspring.stores import Layout, Variable, opened, place_of
 
 PLACES = ("slope_deg", "heading")
 CELL = ("objective", *PLACES, "family")
@@ -73,8 +73,8 @@ def optimal_atlas(
     cache
         Directory that keeps what was computed, so that a search which was stopped goes on where it was.
     store
-        A folder (Zarr) that holds the result, as of `legspring.sweep`; while there is none yet, what was computed is
-        kept beside it, unless there is a ``cache``.
+        A folder (Zarr) that holds the result, which `legspring.open_sweep` opens; while there is none yet, what was
+        computed is kept beside it, unless there is a ``cache``. It is of this grid, and takes no other one later.
     cluster
         Work on Dask (see `legspring.sweep`).
     progress
@@ -111,7 +111,7 @@ def optimal_atlas(
     }
     next(iter(cases.values())).objective("stability")  # says what is wrong before any work is done
     dataset = blank_map(animal, slopes_deg, headings, impulses)
-    dataset.attrs = provenance(animal, {}) | {
+    dataset.attrs = provenance(animal) | {
         "title": f"Gaits of {animal.name} with the best actuation over slope and heading",
         "map": map,
         "method": method,
@@ -136,7 +136,7 @@ def optimal_atlas(
         return searched(kept)
     about = [list(cases.values()), sorted(known.items(), key=str), seed, map, method]
     identity = {"version": code_stamp(), "search": hashlib.sha256(json.dumps(encoded(about)).encode()).hexdigest()}
-    return held_in(Path(store), dataset, identity, kept, searched)
+    return held_in(store, dataset, identity, kept, searched)
 
 
 def blank_map(
@@ -152,13 +152,14 @@ def blank_map(
 
 
 def held_in(
-    store: Path,
+    store: str | os.PathLike[str],
     blank: xr.Dataset,
     identity: Mapping[str, str],
     cache: Path | None,
     searched: Callable[[Path | None], xr.Dataset],
 ) -> xr.Dataset:
     """Return the map that a store holds, which is searched for if it does not yet."""
+    store = place_of(store)
     beside = store.with_name(f".{store.name}.search")
     with opened(store, layout_of(blank), identity) as result:
         todo = result.missing()

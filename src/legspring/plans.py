@@ -43,14 +43,18 @@ from legspring.measures.registry import BY_NAME, OF_RECOVERIES, Measure, mapped
 from legspring.measures.robustness import LARGEST_IMPULSE
 from legspring.measures.sensitivity import checked, value_of
 from legspring.model import Animal
+from legspring.problem import TARGETS
 from legspring.solve import Origin
 from legspring.stores import Layout, Variable
+from legspring.varied import parameters
 
 SAMPLINGS = ("grid", "list", "latin", "sobol", "random", "saltelli")
 BRANCHES = 4
 """Gaits that there is room for."""
 FOLLOWED, SEARCHED = 4096, 16
 """Points of a block where gaits are followed, and where they are searched for, at most."""
+PROBES = 64
+"""Points of which one must be such that gaits can be asked for."""
 FEWEST, FEW, BLOCKS = 512, 4, 16
 """Points from which on a block is worth its while, in the same order; blocks that there are to be at least, if so."""
 NO_GAIT, NO_FURTHER, DOUBLE, UNASKABLE = -3, -4, -5, -6
@@ -290,6 +294,8 @@ def plan_of(
     names = tuple(name for name in names if name not in over)
     if both := [name for name in over if name in asked]:
         raise ValueError(f"{both[0]} = {shown(asked[both[0]])}: must be left out, as it varies")
+    if both := [name for name in over if name in asked.get("free", ())]:
+        raise ValueError(f"free = {both[0]!r}: must be left out, as it varies")
     low, high = ([end(values) for values in over.values()] for end in (min, max))
     if starts is None:
         starts = starts_for_each(animal) if grid else MORE_STARTS
@@ -309,9 +315,7 @@ def plan_of(
         high = [b if b > a else a + 1e-6 * (abs(a) or 1.0) for a, b in zip(low, high, strict=True)]
         box_of(gaits, dict(zip(over, zip(low, high, strict=True), strict=True)))
     else:
-        start = Grid(animal, dict(over) if grid else {name: values[:1] for name, values in over.items()}, dict(asked))
-        for family in animal.families:
-            start.problems(tuple(0 for _ in over), family)
+        check_some(animal, over, grid, asked)
     return Plan(
         animal.model_dump_json(),
         tuple(gait_as_json(gait) for gait in gaits),
@@ -328,6 +332,29 @@ def plan_of(
         checked_grid("impulses", impulses, LARGEST_IMPULSE, least=0),
         method,
     )
+
+
+def check_some(animal: Animal, over: Mapping[str, tuple[float, ...]], grid: bool, asked: Mapping[str, Any]) -> None:
+    """Raise ValueError if gaits can be searched for at none of some points; one that is none is said in the result."""
+    known = ("slope_deg", *TARGETS)
+    own = {one.name for one in parameters(animal, slope_deg=animal.speed_law.domain_deg[0])}
+    if bad := [name for name in over if name not in known and name not in own]:
+        raise ValueError(f"over[{bad[0]!r}]: must be one of {', '.join(known)}, or of ls.parameters, as F.stiffness")
+    sizes = tuple(len(values) for values in over.values())
+    count = math.prod(sizes) if grid else sizes[0]
+    errors = []
+    for number in np.unique(np.linspace(0, count - 1, PROBES).astype(int)).tolist():
+        place = np.unravel_index(number, sizes) if grid else (number,) * len(sizes)
+        point = {name: values[int(n)] for (name, values), n in zip(over.items(), place, strict=True)}
+        try:
+            for family in animal.families:
+                Grid(animal, {name: (value,) for name, value in point.items()}, dict(asked)).problems(
+                    (0,) * len(point), family
+                )
+            return
+        except ValueError as error:
+            errors.append(error)
+    raise errors[0]
 
 
 def value_within(gait: Gait, name: str) -> float:
@@ -360,7 +387,7 @@ def layout_of(plan: Plan, more: Mapping[str, Any]) -> Layout:
         math.nan,
         {"long_name": "Floquet multipliers of a stride, largest first", "units": "1"},
     )
-    flags = {"flag_values": list(range(len(plan.families))), "flag_meanings": ", ".join(plan.families)}
+    flags = {"flag_values": list(range(len(plan.families))), "flag_meanings": "; ".join(plan.families)}
     variables["family"] = Variable(dims, shape, "int16", -1, {"long_name": "pairs of legs that push"} | flags)
     flags = {"flag_values": list(MEANINGS), "flag_meanings": "; ".join(MEANINGS.values())}
     variables["outcome"] = Variable(dims, shape, "int16", UNSOLVED, {"long_name": "what became of a gait"} | flags)
@@ -371,7 +398,7 @@ def layout_of(plan: Plan, more: Mapping[str, Any]) -> Layout:
     if plan.method == FOLLOW:
         variables["sheet"] = Variable(dims, shape, "int32", -1, SHEET)
     attrs = (
-        provenance(animal, {}, list(plan.names))
+        provenance(animal, list(plan.names))
         | dict(more)
         | {
             "method": METHODS_IN_WORDS["given" if plan.gaits else plan.method],

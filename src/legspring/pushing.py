@@ -131,7 +131,7 @@ def pushes(
             "moment": ("moment", list(shares), {"units": "1", "long_name": "part of the stride at which it begins"}),
             "impulse": ("impulse", list(sizes), units | {"long_name": "impulse"}),
         },
-        provenance(gait.animal, {})
+        provenance(gait.animal)
         | {"title": f"Pushes that {gait!r} survives", "duration": lasts, "seconds": time.perf_counter() - begin},
     )
 

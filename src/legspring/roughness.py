@@ -218,7 +218,7 @@ def rough(
         "seed": luck,
         "seconds": time.perf_counter() - begin,
     }
-    return as_dataset(system, sizes, seen, fates, taken).assign_attrs(provenance(gait.animal, {}) | about)
+    return as_dataset(system, sizes, seen, fates, taken).assign_attrs(provenance(gait.animal) | about)
 
 
 def checked_roughness(system: System, roughness: Mapping[str, float]) -> dict[str, float]:
@@ -262,7 +262,7 @@ def as_dataset(system: System, scales: Sequence[float], seen: Floats, fates: Int
     mean, spread = spread_of(system, seen, going)
     expected, least, most = hazard(steps.sum(axis=1).astype(float), failed.sum(axis=1))
     over, one = ("scale", "step"), {"units": "1"}
-    flags = {"flag_values": list(FATES), "flag_meanings": ", ".join(FATES.values())}
+    flags = {"flag_values": list(FATES), "flag_meanings": "; ".join(FATES.values())}
     words = "what became of each run; " + ", ".join(f"{n}: {word}" for n, word in FATES.items())
     return xr.Dataset(
         {

@@ -268,7 +268,7 @@ def words_of(dataset: "xr.Dataset", number: int) -> str:
     if number < 0:
         flags = dataset["settles_on"].attrs
         values = np.atleast_1d(flags["flag_values"]).tolist()
-        return str(flags["flag_meanings"]).split(", ")[values.index(number)]
+        return str(flags["flag_meanings"]).split("; ")[values.index(number)]
     if number == 0:
         return "the gait"
     periods = float(np.nanmax(dataset["attractor_periods"].sel(attractor=number).values))

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from legspring.checks import shown
 from legspring.leaving import undone_by
 
 if TYPE_CHECKING:
@@ -174,20 +175,42 @@ def open_sweep(path: str | os.PathLike[str]) -> "xr.Dataset":
     """
     import xarray as xr
 
-    read_attrs(Path(path))
-    with quiet():
-        return xr.open_zarr(os.fspath(path), chunks=None, consolidated=False)
+    place = place_of(path)
+    read_attrs(place, "the store of a sweep")
+    try:
+        with quiet():
+            return xr.open_zarr(place, chunks=None, consolidated=False)
+    except Exception:
+        raise ValueError(f"store = {os.fspath(path)!r}: is damaged; the call that made it mends it") from None
 
 
-def read_attrs(path: Path) -> dict[str, Any]:
+def place_of(path: Any) -> Path:
+    """Return where a store is: no link, so that there is one lock for it.
+
+    Raises
+    ------
+    ValueError
+        If it is no name of a folder.
+    """
+    if not isinstance(path, str | os.PathLike) or not isinstance(os.fspath(path), str) or not os.fspath(path):
+        raise ValueError(f"store = {shown(path)}: must be the name of a folder")
+    place = Path(os.path.realpath(path))
+    if not place.name:
+        raise ValueError(f"store = {os.fspath(path)!r}: must be the name of a folder")
+    return place
+
+
+def read_attrs(path: Path, wanted: str = "the store of a sweep, or a new folder") -> dict[str, Any]:
     """Return what is said of the whole; raise ValueError if a folder is no store of a sweep, or of another format."""
     import zarr
 
     try:
-        attrs = dict(zarr.open_group(path, mode="r").attrs)
-        number = int(str(attrs["sweep_format"]))
+        attrs: dict[str, Any] = dict(zarr.open_group(path, mode="r").attrs)
+        number = int(attrs["sweep_format"])
+        attrs |= {"identity": json.loads(attrs["identity"]), "points": json.loads(attrs["points"])}
+        attrs |= {name: tuple(map(int, attrs[name])) for name in ("block", "sizes")}
     except Exception:
-        raise ValueError(f"store = {os.fspath(path)!r}: must be a new folder, or the store of a sweep") from None
+        raise ValueError(f"store = {os.fspath(path)!r}: must be {wanted}") from None
     if number != FORMAT:
         raise ValueError(
             f"store = {os.fspath(path)!r}: is of format {number}, and this version of legspring reads format {FORMAT}"
@@ -223,7 +246,7 @@ def opened(path: str | os.PathLike[str], layout: Layout, identity: Mapping[str, 
     """
     from filelock import FileLock, Timeout
 
-    place = Path(path)
+    place = place_of(path)
     if not place.parent.is_dir():
         raise ValueError(f"store = {os.fspath(path)!r}: the directory {place.parent} must exist")
     lock = FileLock(place.parent / f".{place.name}.lock", timeout=0)
@@ -247,8 +270,10 @@ def block_in(path: str | os.PathLike[str] | None) -> tuple[int, ...] | None:
     if path is None:
         return None
     # Another program may just be putting a larger store in its place.
-    there = [one for one in (Path(path), before_of(Path(path))) if one.is_dir() and any(one.iterdir())]
-    return tuple(int(n) for n in read_attrs(there[0])["block"]) if there else None
+    place = place_of(path)
+    there = [one for one in (place, before_of(place)) if one.is_dir() and any(one.iterdir())]
+    block: tuple[int, ...] | None = read_attrs(there[0])["block"] if there else None
+    return block
 
 
 def before_of(place: Path) -> Path:
@@ -278,6 +303,10 @@ def create(
         for name, (dims, values, *more) in layout.coords.items():
             write_coordinate(group, name, dims, values, more[0] if more else {})
         own: dict[str, Any] = {"sweep_format": FORMAT, "identity": json.dumps(identity), "block": list(layout.block)}
+        own |= {
+            "sizes": list(layout.sizes.values()),
+            "points": json.dumps(digests_of(layout, tuple(layout.sizes.values()))),
+        }
         group.attrs.update({**layout.attrs, **own})
         fill(part)
         if place.exists():
@@ -323,44 +352,58 @@ def write_coordinate(group: Any, name: str, dims: Any, values: Any, about: Mappi
 
 
 def join(place: Path, layout: Layout, identity: Mapping[str, Any]) -> OnDisk:
-    """Open a store that there is, and let it grow if there are more points now."""
-    import zarr
+    """Open a store that there is; let it grow if there are more points now, and mend what is not as it was made.
 
-    before = json.loads(str(read_attrs(place)["identity"]))
-    for name, value in identity.items():
-        if before.get(name) != value:
-            raise ValueError(
-                f"store = {os.fspath(place)!r}: is of another sweep, of which {name} is different; must be a new folder"
-            )
-    grow(place, layout, identity)
-    return OnDisk(place, layout, zarr.open_group(place, mode="r+"))
-
-
-def grow(place: Path, layout: Layout, identity: Mapping[str, Any]) -> None:
-    """Make room for more points along axes; what was done stays, but for blocks that were not full.
-
-    A larger store is made of the blocks of the old one, whose place it takes at once.
+    A larger store, or a whole one, is made of the blocks of the old one, whose place it takes at once.
 
     Raises
     ------
     ValueError
-        If it has other points, or more of them.
+        If it is of something else, or has other points, or more of them.
     """
     import zarr
 
-    group, name = zarr.open_group(place, mode="r"), os.fspath(place)
-    first: Any = group[next(iter(layout.variables))]
-    old, new = tuple(int(n) for n in first.shape[: len(layout.sizes)]), tuple(layout.sizes.values())
-    if any(n < o for o, n in zip(old, new, strict=True)):
+    attrs, name = read_attrs(place), os.fspath(place)
+    for key, value in identity.items():
+        if attrs["identity"].get(key) != value:
+            raise ValueError(
+                f"store = {name!r}: is of another sweep, of which {key} is different; must be a new folder"
+            )
+    old, new = attrs["sizes"], tuple(layout.sizes.values())
+    if len(old) != len(new) or any(n < o for o, n in zip(old, new, strict=True)):
         raise ValueError(f"store = {name!r}: has more points than are asked for; must not have fewer")
-    for one, (dims, values, *_) in layout.coords.items():
-        dim = dims if isinstance(dims, str) else dims[0]
-        if dim in layout.sizes:
-            before: Any = group[one]
-            if not np.array_equal(np.asarray(before[:]), np.asarray(values)[: before.shape[0]]):
-                raise ValueError(f"store = {name!r}: has other values of {one}; must be the same, or more after them")
-    if old != new:
+    for one, digest in digests_of(layout, old).items():
+        if attrs["points"].get(one) != digest:
+            raise ValueError(f"store = {name!r}: has other values of {one}; must be the same, or more after them")
+    if old != new or not is_whole(place, layout):
         create(place, layout, identity, partial(with_blocks_of, place, old, layout))
+    return OnDisk(place, layout, zarr.open_group(place, mode="r+"))
+
+
+def digests_of(layout: Layout, sizes: tuple[int, ...]) -> dict[str, str]:
+    """Return what tells coordinates of points from others, as far as there are so many points along each dimension."""
+    count = dict(zip(layout.sizes, sizes, strict=True))
+    found = {}
+    for name, (dims, values, *_) in layout.coords.items():
+        dim = dims if isinstance(dims, str) else dims[0]
+        if dim in count:
+            part = np.ascontiguousarray(np.asarray(values)[: count[dim]])
+            found[name] = hashlib.sha256(part.tobytes()).hexdigest()
+    return found
+
+
+def is_whole(place: Path, layout: Layout) -> bool:
+    """Whether all arrays of a store are there, as large as they are to be, and coordinates are what they were."""
+    import zarr
+
+    try:
+        group: Any = zarr.open_group(place, mode="r")
+        shapes = {name: variable.shape for name, variable in layout.variables.items()} | {DONE: layout.counts}
+        if any(group[name].shape != shape for name, shape in shapes.items()):
+            return False
+        return all(np.array_equal(group[name][...], np.asarray(one[1])) for name, one in layout.coords.items())
+    except Exception:  # whatever a damaged file leads to
+        return False
 
 
 def with_blocks_of(place: Path, old: tuple[int, ...], layout: Layout, part: Path) -> None:
@@ -389,6 +432,6 @@ def finished(path: str | os.PathLike[str]) -> tuple[int, int]:
     """Return how many blocks of a store are done, and how many there are."""
     import zarr
 
-    read_attrs(Path(path))
-    done: Any = zarr.open_group(Path(path), mode="r")[DONE]
+    read_attrs(place_of(path), "the store of a sweep")
+    done: Any = zarr.open_group(place_of(path), mode="r")[DONE]
     return int(np.count_nonzero(done[:])), int(np.prod(done.shape))

@@ -20,6 +20,7 @@ from legspring.blocks import block_of
 from legspring.checks import checked_names, checked_workers, shown
 from legspring.files import code_stamp
 from legspring.gait import Gait
+from legspring.mapping import FOLLOW
 from legspring.model import Animal
 from legspring.parallel import in_threads
 from legspring.plans import BRANCHES, NO_FURTHER, Plan, checked_over, layout_of, plan_of
@@ -142,8 +143,9 @@ def carried_out(
 ) -> "xr.Dataset":
     """Carry out a plan, of whose result ``more`` is said; see `sweep`."""
     threads, layout = checked_workers(workers), layout_of(plan, more)
-    # Points may be added: which there are, coordinates say; and blocks are as they were made.
-    parts = {name: value for name, value in asdict(plan).items() if name not in ("values", "low", "high", "width")}
+    # Points may be added, unless all are one block: which there are, coordinates say; and blocks are as they were made.
+    loose = {"values", "low", "high", "width"} if plan.method != FOLLOW else {"width"}
+    parts = {name: value for name, value in asdict(plan).items() if name not in loose}
     identity = json.loads(json.dumps({"version": code_stamp(), "sampling": more["sampling"], **parts}))
     begin = time.perf_counter()
     with nullcontext(InMemory(layout)) if store is None else opened(store, layout, identity) as result:

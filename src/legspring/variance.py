@@ -58,12 +58,13 @@ def sobol_indices(dataset: "xr.Dataset", name: str, *, branch: int = 0, seed: in
     """
     import xarray as xr
 
-    if dataset.attrs.get("sampling") != "saltelli":
+    if not isinstance(dataset, xr.Dataset) or dataset.attrs.get("sampling") != "saltelli":
         raise ValueError(
             f"dataset = {shown(type(dataset).__name__)}: must be of legspring.sweep, sampling = 'saltelli'"
         )
-    if name not in dataset or dataset[name].dims != ("point", "branch"):
-        valid = [str(one) for one, values in dataset.data_vars.items() if values.dims == ("point", "branch")]
+    each = {str(one): values for one, values in dataset.data_vars.items() if values.dims == ("point", "branch")}
+    valid = [one for one, values in each.items() if "flag_values" not in values.attrs]
+    if name not in valid:
         raise ValueError(f"name = {shown(name)}: must be one of {', '.join(valid)}")
     if branch not in dataset["branch"].values:
         raise ValueError(f"branch = {shown(branch)}: must be one of {', '.join(map(str, dataset['branch'].values))}")

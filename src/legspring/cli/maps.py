@@ -37,7 +37,7 @@ from legspring.cli.options import (
     parse_over,
     parse_samples,
 )
-from legspring.cli.outputs import atlas_figures, draws, save, save_dataset, save_table
+from legspring.cli.outputs import atlas_figures, draws, save, save_dataset
 from legspring.cli.program import NO_GAIT, app, fail, patience
 from legspring.cli.subjects import choose_gait, search_at, where
 from legspring.printing import describe_optimum, print_json, print_optimum
@@ -47,7 +47,10 @@ from legspring.printing import describe_optimum, print_json, print_optimum
 def atlas(
     animal: AnimalName,
     out: Annotated[
-        Path, typer.Option(metavar="FILE", help="The file to write: .nc (netCDF) or .mat (MATLAB).", show_default=False)
+        Path,
+        typer.Option(
+            metavar="FILE", help="The file to write: .nc (netCDF), .csv or .mat (MATLAB).", show_default=False
+        ),
     ],
     slopes: Annotated[
         str | None,
@@ -109,7 +112,7 @@ def atlas(
     slopes_deg = None if slopes is None else parse_grid("--slopes", slopes)
     radians = None if headings is None else parse_grid("--headings", headings)
     creature, magnitudes = load_weighing(animal, work_weights), parse_numbers("--actuation", actuation)
-    check_output(out, [".nc", ".mat"])
+    check_output(out, [".nc", ".csv", ".mat"])
     if figures is not None:
         make_directory(figures)
     from legspring.atlases import atlas as map_gaits
@@ -216,8 +219,9 @@ def sweep(
         check_output(out, [".nc", ".csv", ".mat"])
     with patience("loading"):
         from legspring import sweeping
+        from legspring.checks import checked_choice
         from legspring.measures.registry import BY_NAME
-        from legspring.plans import QUICK
+        from legspring.plans import QUICK, SAMPLINGS
     if store is None and out is None and figure is None:
         raise ValueError("--store, --out or --figure must be given, for the result to be kept")
     names = parse_names(measures)
@@ -226,6 +230,7 @@ def sweep(
         valid = ", ".join(name for name in (names or QUICK) if name in drawable)
         raise ValueError(f"--draw = {draw!r}: must be one of {valid}")
     how = sampling or ("grid" if samples is None else "sobol")
+    checked_choice("--sampling", how, SAMPLINGS)
     points = (parse_over(over) or {}) if how in ("grid", "list") else parse_samples(over)
     targets: Any = {"speed": speed, "mean_speed": mean_speed, "energy": energy}
     targets |= {"apex_height": apex_height, "lateral_drift": lateral_drift}
@@ -259,12 +264,7 @@ def sweep(
     outcome = found["outcome"].values
     print(f"{(outcome == 0).sum()} gaits at {(outcome == 0).any(axis=-1).sum()} of {outcome[..., 0].size} points")
     print(*sweeping.fates_of(found), sep="\n", end="\n" if len(sweeping.fates_of(found)) else "")
-    rows = tuple(str(dim) for dim in found["outcome"].dims)
-    as_table = out is not None and out.suffix.lower() == ".csv"
-    save(
-        (out, partial(save_table, found, rows) if as_table else partial(save_dataset, found)),
-        (figure, draws("draw_sweep", found, draw)),
-    )
+    save((out, partial(save_dataset, found)), (figure, draws("draw_sweep", found, draw)))
 
 
 @app.command()

@@ -108,22 +108,6 @@ def atlas_figures(maps: "xr.Dataset", directory: Path) -> Iterator[tuple[Path, C
         yield directory / f"{figure.stem}.png", partial(write, figure.draw)
 
 
-def save_table(dataset: "xr.Dataset", rows: tuple[str, ...], path: Path) -> None:
-    """Save a sweep as a table, a row for each gait or what became of it, in words."""
-    import numpy as np
-
-    from legspring.files import save_csv
-
-    words = {}
-    for name in ("family", "outcome"):
-        about = dataset[name].attrs
-        meanings = str(about["flag_meanings"]).split("; " if name == "outcome" else ", ")
-        known = dict(zip(np.atleast_1d(about["flag_values"]).tolist(), meanings, strict=True))
-        texts = [known.get(one, "") for one in dataset[name].values.ravel().tolist()]
-        words[name] = (dataset[name].dims, np.array(texts, dtype=object).reshape(dataset[name].shape))
-    save_csv(dataset.drop_vars("done", errors="ignore").assign(words), path, rows, whole=True)
-
-
 def save_dataset(dataset: "xr.Dataset", path: Path) -> None:
     """Save a dataset in the form that the file's ending says."""
     from legspring.files import SAVERS

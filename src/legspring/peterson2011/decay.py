@@ -64,7 +64,7 @@ def decays(animal: Animal, cells: Sequence[tuple[float, float]] = CELLS) -> xr.D
             "distance": (("gait", "stride"), distances, {"long_name": "distance from the gait", "units": "1"}),
         },
         coords={"gait": [f"{slope:g} deg, {heading:g} rad" for slope, heading in cells], "stride": strides},
-        attrs=provenance(animal, {}) | about,
+        attrs=provenance(animal) | about,
     )
 
 

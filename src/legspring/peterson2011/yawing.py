@@ -76,7 +76,7 @@ def fates(point_mass: xr.Dataset, workers: int | None = None) -> xr.Dataset:
     return xr.Dataset(
         {"reached": (dims, reached.values, reached.attrs), "loss": (dims, loss.values)},
         {dim: some[dim] for dim in dims},
-        provenance(animal_of(point_mass), {}) | about,
+        provenance(animal_of(point_mass)) | about,
     )
 
 
@@ -135,7 +135,7 @@ def hips_moved_back(workers: int | None = None) -> xr.Dataset:
     return xr.Dataset(
         {name: ("back", values[:, column]) for column, name in enumerate(names)},
         {"back": ("back", list(BACK_MM), {"units": "mm", "long_name": "hips moved back"})},
-        provenance(animal, {}) | {"title": "Stability of the rigid cockroach with its hips further back"},
+        provenance(animal) | {"title": "Stability of the rigid cockroach with its hips further back"},
     )
 
 
