@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import timedelta
 from html import escape
+from importlib import import_module
+from typing import Any
 
 BETWEEN = 0.2
 """Seconds between two looks of a bar in a notebook, at least."""
@@ -57,21 +59,21 @@ def progress_bar(title: str, total: int, *, show: bool, rate: str = "") -> Itera
 
 def in_notebook(title: str, total: int, rate: str) -> Callable[[int], None]:
     """Show a bar in a notebook, whatever is installed there; return a function that moves it on."""
-    from IPython.display import HTML, display
-
+    # There is one where there is a notebook.
+    shown_by: Any = import_module("IPython.display")
     begin = time.monotonic()
     done, shown = 0, begin
 
-    def look() -> HTML:
+    def look() -> Any:
         seconds = time.monotonic() - begin
         words = [f"{done}/{total}", str(timedelta(seconds=round(seconds)))]
         if rate and done:
             left = timedelta(seconds=round(seconds / done * (total - done)))
             words += [f"{done / max(seconds, 1e-9):.0f} {rate}/s", f"{left} left"]
         bar = f'<progress value="{done}" max="{total}" aria-label="{escape(title)}"></progress>'
-        return HTML(f"{escape(title)} {bar} {escape(' · '.join(words))}")  # type: ignore[no-untyped-call]
+        return shown_by.HTML(f"{escape(title)} {bar} {escape(' · '.join(words))}")
 
-    handle = display(look(), display_id=True)  # type: ignore[no-untyped-call]
+    handle = shown_by.display(look(), display_id=True)
 
     def advance(step: int) -> None:
         nonlocal done, shown
