@@ -363,8 +363,12 @@ def test_values_may_be_added(roach: Animal, climbing: list[Gait], tmp_path: Path
             ls.sweep(roach, over, gaits=climbing, store=path)
 
 
+LATER = ["slope_deg/zarr.json", "done/zarr.json", "done", "branch"]
+
+
 @pytest.mark.parametrize(
-    "what", ["slope_deg/c/0", "slope_deg/zarr.json", "speed/zarr.json", "done/zarr.json", "speed", "done", "branch"]
+    "what",
+    ["slope_deg/c/0", "speed/zarr.json", "speed", *(pytest.param(one, marks=pytest.mark.long) for one in LATER)],
 )
 def test_what_is_around_blocks_is_mended(
     roach: Animal, climbing: list[Gait], tmp_path: Path, small_blocks: None, monkeypatch: pytest.MonkeyPatch, what: str
