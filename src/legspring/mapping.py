@@ -362,6 +362,7 @@ def provenance(animal: Animal, over: Sequence[str] = ("slope_deg", "heading")) -
         "title": f"Gaits of {animal.name} over {words}",
         "animal": animal.name,
         "parameters": json.dumps(animal.model_dump(mode="json")),
+        "animal_toml": animal.to_toml(),
         "source": f"legspring {version('legspring')}",
         "references": animal.source,
         "history": f"{datetime.now(UTC):%Y-%m-%d %H:%M:%S} UTC: computed",

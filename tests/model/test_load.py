@@ -61,6 +61,15 @@ def test_presets_are_listed_and_load_under_their_own_names() -> None:
     assert load_animal("cockroach") == cockroach()
 
 
+@pytest.mark.parametrize("name", presets())
+def test_an_animal_as_the_text_of_a_file(file: Path, name: str) -> None:
+    animal = load_animal(name)
+    changed = animal.replace(name="mine", mass=animal.body.mass / 3.0)
+    for one in (animal, changed, changed.replace(**{f"{animal.pairs[0]}.length": animal.legs[0].length * 1.1})):
+        file.write_text(one.to_toml(), encoding="utf-8")
+        assert load_animal(file) == one
+
+
 def test_a_file_like_a_preset(file: Path) -> None:
     file.write_text(
         'like = "cockroach"\nmass = 3e-3\nangle_deg = [30, -60, 130]\n[speed_law]\nlevel = 0.3\nvertical = 0.2\n'

@@ -8,6 +8,7 @@ from numbers import Real
 from typing import Annotated, Any, Self
 
 import numpy as np
+import tomli_w
 from pydantic import AfterValidator, PlainSerializer, PrivateAttr, field_validator, model_validator
 
 from legspring.checks import shown
@@ -292,6 +293,17 @@ class Animal(Frozen):
             If the slope is outside the speed law's domain.
         """
         return self.step_law(self.desired_speed(slope))
+
+    def to_toml(self) -> str:
+        """Return the text of a file from which `legspring.load_animal` reads this animal, to the last digit.
+
+        Examples
+        --------
+        >>> from legspring.model import cockroach
+        >>> print(cockroach().replace(name="heavy", mass=3e-3).to_toml()[:14])
+        name = "heavy"
+        """
+        return tomli_w.dumps(self.model_dump(mode="json", exclude_defaults=True, exclude_none=True))
 
     def replace(self, **changes: Any) -> "Animal":
         """Return a changed copy.
