@@ -49,7 +49,7 @@ results = store.Store(place, workers=2)
 print("begins", flush=True)
 results.atlas, results.nelder_mead, results.optima
 """
-WORK = {"sweep": (SWEEP, 0.5), "atlas": (ATLAS, 2.5), "optima": (OPTIMA, 8.0), "reproduce": (REPRODUCE, 5.0)}
+WORK = {"sweep": (SWEEP, 0.5), "atlas": (ATLAS, 2.5), "optima": (OPTIMA, 8.0), "reproduce": (REPRODUCE, 4.0)}
 """What is killed, and the latest moment to do so, s."""
 
 

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import legspring
 
 # The force-free length of a leg on a tape that was written by hand.
@@ -24,6 +26,7 @@ print(legs[0, 0, 0])
 """
 
 
+@pytest.mark.long
 def test_an_edit_of_one_file_reaches_the_others(tmp_path: Path) -> None:
     shutil.copytree(
         Path(legspring.__file__).parent, tmp_path / "legspring", ignore=shutil.ignore_patterns("__pycache__")
