@@ -84,6 +84,7 @@ def test_what_is_said_of_a_gait_of_a_front_is_so(found: Front) -> None:
         assert min(abs(one.transport_cost - value[1]) for one in again) < 1e-8
 
 
+@pytest.mark.long
 def test_a_front_does_not_depend_on_workers_nor_on_stops(level: Gait, tmp_path: Path, monkeypatch: Any) -> None:
     asked: dict[str, Any] = {"minimize": ["stability", "transport_cost"], "evaluations": 96, "points": 5, "seed": 3}
     ranges = {"B.stiffness": (1.0, 2.0), "F.stiffness": (1.0, 2.0)}

@@ -237,6 +237,7 @@ def test_file_holds_the_dataset(small: xr.Dataset, tmp_path: Path) -> None:
         assert chosen.family.values.tolist() == expected.family.values.tolist()
 
 
+@pytest.mark.long
 def test_processes_do_not_change_the_result(roach: ls.Animal, one: xr.Dataset) -> None:
     xr.testing.assert_equal(optimal_atlas(roach, **ONE | {"workers": 2}), one)
 

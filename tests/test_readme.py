@@ -27,7 +27,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 # What reproduces the thesis has tests of its own.
-LONG = [pytest.param(line, marks=pytest.mark.long) if " reproduce " in line else line for line in COMMANDS]
+LATER = (" reproduce ", " presets --figures ")
+LONG = [
+    pytest.param(line, marks=pytest.mark.long) if any(words in line for words in LATER) else line for line in COMMANDS
+]
 
 
 @pytest.mark.parametrize("line", LONG)

@@ -125,6 +125,7 @@ def test_further_starts_of_the_thesiss_search(thesis: Path, calls: Calls) -> Non
         assert [row["by"] for row in csv.DictReader(stream)].count("nearest of all other starts") == 2
 
 
+@pytest.mark.long
 def test_datasets_of_other_code_are_not_used(calls: Calls, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     reproduce(tmp_path, only=["5.1"], method="nelder-mead")
     count = len(calls)
