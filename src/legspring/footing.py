@@ -130,14 +130,11 @@ class Feet:
         return new_tape(room, room // 3, self._walker)
 
     def seen(self, p: Floats, work: Floats | None = None) -> tuple[NDArray[np.int64], Floats, Floats]:
-        """Return how strides went, how long they took, and what legs did (see `legspring.kernel.footfalls`).
-
-        If there is room for it, ``(N, L, 2)``, the work of each leg in the first step is written, too.
-        """
+        """Return how strides went, how long they took, and what legs did; write `work` (see `kernel.footfalls`)."""
         steps, scale, lands = self.system.cycle, self._scale, self._lands
+        room = np.zeros((0, len(lands), 2)) if work is None else work
         while True:
             status, times, out = np.zeros(len(p), np.int64), np.zeros(len(p)), blank_footfalls(len(p), len(lands))
-            room = np.zeros((0, len(lands), 2)) if work is None else work
             footfalls(self._walker, self._tape, p, steps, scale, lands, status, times, out, room)
             if TAPE_FULL not in status:
                 return status, times, out

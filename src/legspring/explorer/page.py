@@ -148,10 +148,9 @@ class Explorer:
         self.controls, self.more = pn.Column(), pn.widgets.Select(name="more to change", options=[])
         self.other, self.nearest = pn.Column(), pn.widgets.Button(name="", visible=False)
         self.known: dict[str, Control] = {}
-        self.sliders: dict[str, Any] = {}
         self.branch.param.watch(lambda event: self._ask(work.look, event.new), "value")
         self.more.param.watch(lambda event: self._choose(event.new), "value")
-        self.nearest.on_click(lambda _: self._ask(work.change, self.gait, *self.at_nearest))
+        self.nearest.on_click(lambda _: self._ask(work.change, self.gait, *self.at_nearest, about=self.at_nearest))
         self.at_nearest: tuple[str, float] = ("", 0.0)
         self.asked_for: dict[str, float] = {}
         self.told: dict[str, float] = {}
@@ -173,7 +172,7 @@ class Explorer:
 
     def _ask(self, function: Any, *arguments: Any, about: tuple[str, float] | None = None) -> None:
         """Ask a question, whose answer is shown when it is there."""
-        if self.quiet or not all(arguments):
+        if self.quiet or not arguments[0]:
             return
         self.number += 1
         pn.state.curdoc.add_next_tick_callback(partial(self._answer, self.number, function, arguments, about))
@@ -249,5 +248,4 @@ class Explorer:
             self._ask(work.change, self.gait, control.name, event.new, about=(control.name, event.new))
 
         slider.param.watch(changed, "value")
-        self.sliders[control.name] = slider
         return slider
